@@ -1,0 +1,1 @@
+"""Verilog, boards, resources and timing."""

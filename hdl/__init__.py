@@ -1,0 +1,1 @@
+"""The hardware: update processor and memory parts in Amaranth."""

@@ -1,0 +1,1 @@
+"""The update processor: one instruction stream in, all node bounds out."""

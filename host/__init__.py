@@ -1,0 +1,1 @@
+"""The tool for who has a board on a serial port."""

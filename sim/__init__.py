@@ -1,0 +1,1 @@
+"""What surrounds the hardware: scenes, trees, compiler, golden model and simulation."""

@@ -1,0 +1,1 @@
+"""Tree to memory image and instruction stream."""

@@ -1,0 +1,1 @@
+"""The Verilog, simulated under cocotb."""

@@ -1,0 +1,1 @@
+"""The golden model: bit-exact, file for file as hdl."""

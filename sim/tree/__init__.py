@@ -1,0 +1,1 @@
+"""B-KD trees in float64: construction and cost."""
