@@ -1,0 +1,1 @@
+"""Float formats and the operations on them, one a file."""

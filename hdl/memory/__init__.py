@@ -1,0 +1,1 @@
+"""Memory ports, and what joins and serves them."""

@@ -1,0 +1,75 @@
+"""The configuration of a machine: every parameter that hardware, compiler and model share."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from hdl.fp.format import F24, FloatFormat
+from hdl.isa import REGISTER_BITS
+
+
+@dataclass(frozen=True)
+class Config:
+    """What is built.
+
+    Parameters
+    ----------
+    fmt : FloatFormat
+        Format of coordinates and bounds.
+    vertex_registers, box_registers : int
+        3 to 64 and 2 to 64.
+    latency : int
+        Cycles from a memory request to its response that the update processor hides; at longer
+        ones it is as right, and slower. 1 to 256.
+    address_bits : int
+        Bits of the address of a memory word. 4 to 28.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of its range.
+    """
+
+    fmt: FloatFormat = F24
+    vertex_registers: int = 64
+    box_registers: int = 64
+    latency: int = 32
+    address_bits: int = 28
+
+    box_latency: ClassVar[int] = 3
+    """Cycles from the issue of a merge to that of the first instruction that can read its box."""
+
+    def __post_init__(self):
+        most = 1 << REGISTER_BITS
+        for name, low, high in [
+            ("vertex_registers", 3, most),
+            ("box_registers", 2, most),
+            ("latency", 1, 256),
+            ("address_bits", 4, 28),
+        ]:
+            if not low <= getattr(self, name) <= high:
+                raise ValueError(f"{name} is {low} to {high}, not {getattr(self, name)}")
+
+    @property
+    def load_latency(self) -> int:
+        """Cycles from the issue of a LOAD to that of the first MERGE3 that can read its vertex.
+
+        What the units take if nothing else wants the memory port, and `latency`.
+        """
+        return self.latency + 3
+
+    @property
+    def lead(self) -> int:
+        """Leaves by which a LOAD should be ahead of its MERGE3.
+
+        A leaf comes every 2.5 instructions; some cycles more, since others want the port too.
+        """
+        return -(-2 * (self.load_latency + 15) // 5)
+
+
+FULL = Config()
+"""The machine of the 2006 paper."""
+
+TINY = Config(
+    FloatFormat(3, 2), vertex_registers=5, box_registers=4, latency=4, address_bits=12
+)
+"""Small enough to meet every corner in a test."""

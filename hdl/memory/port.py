@@ -1,0 +1,41 @@
+"""The memory port: the one way in which units reach memory."""
+
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.records import word_bits
+
+
+def request(config: Config) -> data.StructLayout:
+    """What a port asks: a word to read, or bytes of a word to write.
+
+    `address` counts words. Where `write`, the bytes of `data` with a set bit in `mask` are
+    written; else the word is read and `data` and `mask` mean nothing.
+    """
+    bits = word_bits(config.fmt)
+    return data.StructLayout({
+        "address": config.address_bits,
+        "write": 1,
+        "mask": bits // 8,
+        "data": bits,
+    })
+
+
+class Port(wiring.Signature):
+    """A pair of streams, as the side sees it that asks.
+
+    Requests take effect in their order. Each read has one response, in the order of the reads;
+    writes have none. One request and one response a cycle.
+
+    Members
+    -------
+    request : Out(stream of request)
+    response : In(stream of words)
+    """
+
+    def __init__(self, config: Config):
+        super().__init__({
+            "request": Out(stream.Signature(request(config))),
+            "response": In(stream.Signature(word_bits(config.fmt))),
+        })

@@ -1,0 +1,66 @@
+"""Records in memory: what the bits of a word mean.
+
+A memory word has 128 bits, or the next multiple that holds a node of a wider format.
+"""
+
+from amaranth.lib import data
+
+from hdl.fp.format import FloatFormat
+from hdl.isa import INSTRUCTION_BITS, NODE_BITS
+
+INDEX_BITS = 32
+
+
+def bound_bytes(fmt: FloatFormat) -> int:
+    """Bytes that the four bounds of a node take: the update processor writes these only."""
+    return -(-4 * fmt.bits // 8)
+
+
+def word_bits(fmt: FloatFormat) -> int:
+    """Bits of a memory word: four bounds and a link of 32 bits, in whole multiples of 128."""
+    return -(-(8 * bound_bytes(fmt) + 32) // 128) * 128
+
+
+def instructions_per_word(fmt: FloatFormat) -> int:
+    return word_bits(fmt) // INSTRUCTION_BITS
+
+
+def bounds(fmt: FloatFormat) -> data.StructLayout:
+    """Intervals of the two children of a node on its axis."""
+    return data.StructLayout({
+        "left_lo": fmt.layout,
+        "left_hi": fmt.layout,
+        "right_lo": fmt.layout,
+        "right_hi": fmt.layout,
+    })
+
+
+def node(fmt: FloatFormat) -> data.FlexibleLayout:
+    """One word: bounds in the lowest bytes, the link in the highest 32 bits.
+
+    The pointer is the left child: a node, or a triangle where left_is_leaf. An inner right child
+    is the node before this one; a right leaf is the triangle after the left one. A node with one
+    leaf has it on the left.
+    """
+    link = word_bits(fmt) - 32
+    return data.FlexibleLayout(word_bits(fmt), {
+        "bounds": data.Field(bounds(fmt), 0),
+        "axis": data.Field(2, link),
+        "left_is_leaf": data.Field(1, link + 2),
+        "right_is_leaf": data.Field(1, link + 3),
+        "pointer": data.Field(NODE_BITS, link + 4),
+    })
+
+
+def vertex(fmt: FloatFormat) -> data.StructLayout:
+    """A point, one a word, in its lowest bits."""
+    return data.StructLayout({"x": fmt.layout, "y": fmt.layout, "z": fmt.layout})
+
+
+def box(fmt: FloatFormat) -> data.StructLayout:
+    """An axis-aligned box, as a box register holds it: never in memory."""
+    return data.StructLayout({"lo": vertex(fmt), "hi": vertex(fmt)})
+
+
+TRIANGLE = data.StructLayout({"v0": INDEX_BITS, "v1": INDEX_BITS, "v2": INDEX_BITS})
+"""Vertex indices of a triangle, one a word, in its lowest bits."""

@@ -1,0 +1,144 @@
+"""Decodes instructions and lets each go when its operands are there: the interlock."""
+
+from amaranth import *
+from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.isa import INSTRUCTION_BITS, LAYOUTS, NODE_BITS, REGISTER_BITS, Opcode
+
+
+class Stall(enum.Enum, shape=3):
+    """Why no instruction went in a cycle."""
+
+    NONE = 0
+    FETCH = 1  # the next instruction is not there
+    VERTEX = 2  # MERGE3 or LOAD waits for a vertex that is being loaded
+    BOX = 3  # MERGE2 waits for a box that is being merged
+    LOAD = 4  # LOAD waits for the memory port
+    WRITE = 5  # MERGE2 waits for the memory port to take earlier nodes
+
+
+MERGE3 = data.StructLayout({f: REGISTER_BITS for f in ("b", "v0", "v1", "v2")})
+MERGE2 = data.StructLayout(
+    {f: REGISTER_BITS for f in ("b", "b0", "b1")} | {"axis": 2, "node": NODE_BITS}
+)
+
+
+class Issue(wiring.Component):
+    """Issues instructions in order, one a cycle, to the loader and the merge units.
+
+    No latency: an instruction leaves in the cycle in which it comes, or waits. A vertex
+    register can be read one cycle after `loaded`, a box register `config.box_latency` cycles
+    after the issue of the merge that writes it.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    start : In(1), the next MERGE2 writes node 0
+    i : In(stream of instructions)
+    o_load : Out(stream of {v, vertex})
+    o_merge3 : Out(stream of {b, v0, v1, v2}), taken at once
+    o_merge2 : Out(stream of {b, b0, b1, axis, node}), taken at once
+    loaded : In(stream of registers), taken at once
+    room : In(1), a node can be written
+    stall : Out(Stall), of this cycle
+    """
+
+    i: stream.Interface
+    o_load: stream.Interface
+    o_merge3: stream.Interface
+    o_merge2: stream.Interface
+    loaded: stream.Interface
+    start: Signal
+    room: Signal
+    stall: Signal
+
+    def __init__(self, config: Config):
+        self.config = config
+        load = LAYOUTS[Opcode.LOAD]
+        super().__init__({
+            "start": In(1),
+            "i": In(stream.Signature(INSTRUCTION_BITS)),
+            "o_load": Out(
+                stream.Signature(
+                    data.StructLayout({f: load[f].shape for f in ("v", "vertex")})
+                )
+            ),
+            "o_merge3": Out(stream.Signature(MERGE3, always_ready=True)),
+            "o_merge2": Out(stream.Signature(MERGE2, always_ready=True)),
+            "loaded": In(stream.Signature(REGISTER_BITS, always_ready=True)),
+            "room": In(1),
+            "stall": Out(Stall),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        load, merge3, merge2, set_node = (
+            data.View(LAYOUTS[op], self.i.payload[: LAYOUTS[op].size]) for op in Opcode
+        )
+        node = Signal(NODE_BITS)
+        m.d.comb += [
+            self.o_load.p.v.eq(load.v),
+            self.o_load.p.vertex.eq(load.vertex),
+            self.o_merge2.p.node.eq(node),
+            *(self.o_merge3.p[field].eq(merge3[field]) for field in ("b", "v0", "v1", "v2")),
+            *(self.o_merge2.p[field].eq(merge2[field]) for field in ("b", "b0", "b1", "axis")),
+        ]
+
+        # Vertex registers that a load under way will write.
+        loading = Signal(self.config.vertex_registers)
+        with m.If(self.loaded.valid):
+            m.d.sync += loading.bit_select(self.loaded.payload, 1).eq(0)
+
+        # Box registers that the merges under way will write, the youngest first.
+        merging = [
+            Signal(data.StructLayout({"valid": 1, "b": REGISTER_BITS}), name=f"merging_{age}")
+            for age in range(1, self.config.box_latency)
+        ]
+        issued_b = Signal(data.StructLayout({"valid": 1, "b": REGISTER_BITS}))
+        m.d.comb += issued_b.valid.eq(self.o_merge3.valid | self.o_merge2.valid)
+        m.d.comb += issued_b.b.eq(merge3.b)
+        m.d.sync += [new.eq(old) for new, old in zip(merging, [issued_b, *merging], strict=False)]
+
+        def vertex_busy(v):
+            return loading.bit_select(v, 1)
+
+        def box_busy(b):
+            return Cat(entry.valid & (entry.b == b) for entry in merging).any()
+
+        with m.If(~self.i.valid):
+            m.d.comb += self.stall.eq(Stall.FETCH)
+        with m.Else(), m.Switch(load.opcode):
+            with m.Case(Opcode.LOAD):
+                with m.If(vertex_busy(load.v)):
+                    m.d.comb += self.stall.eq(Stall.VERTEX)
+                with m.Else():
+                    m.d.comb += [self.o_load.valid.eq(1), self.i.ready.eq(self.o_load.ready)]
+                    with m.If(self.o_load.ready):
+                        m.d.sync += loading.bit_select(load.v, 1).eq(1)
+                    with m.Else():
+                        m.d.comb += self.stall.eq(Stall.LOAD)
+            with m.Case(Opcode.MERGE3):
+                with m.If(Cat(vertex_busy(merge3[v]) for v in ("v0", "v1", "v2")).any()):
+                    m.d.comb += self.stall.eq(Stall.VERTEX)
+                with m.Else():
+                    m.d.comb += [self.o_merge3.valid.eq(1), self.i.ready.eq(1)]
+            with m.Case(Opcode.MERGE2):
+                with m.If(box_busy(merge2.b0) | box_busy(merge2.b1)):
+                    m.d.comb += self.stall.eq(Stall.BOX)
+                with m.Elif(~self.room):
+                    m.d.comb += self.stall.eq(Stall.WRITE)
+                with m.Else():
+                    m.d.comb += [self.o_merge2.valid.eq(1), self.i.ready.eq(1)]
+                    m.d.sync += node.eq(node + 1)
+            with m.Case(Opcode.NODE):
+                m.d.comb += self.i.ready.eq(1)
+                m.d.sync += node.eq(set_node.node)
+        with m.If(self.start):
+            m.d.sync += node.eq(0)
+        return m

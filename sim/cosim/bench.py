@@ -1,0 +1,78 @@
+"""The design under test of an update: the processor and a memory model, in one Verilog."""
+
+from pathlib import Path
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.records import word_bits
+from hdl.update.processor import COUNTERS, UpdateProcessor, job
+
+MEMORY_MODEL = Path(__file__).parent / "memory_model.v"
+
+
+class UpdateBench(wiring.Component):
+    """The update processor on a memory model, so that no one wakes Python in the middle of a run.
+
+    Parameters
+    ----------
+    config : Config
+    words : int
+        Size of the memory in words.
+
+    Members
+    -------
+    i, busy, counters :
+        As in UpdateProcessor.
+    latency, stall, seed, load, dump, first, last, outside :
+        As in memory_model.v.
+    """
+
+    def __init__(self, config: Config, words: int):
+        if not 1 <= words <= 1 << config.address_bits:
+            raise ValueError(f"{words} words do not fit {config.address_bits} address bits")
+        self.config = config
+        self.words = words
+        super().__init__({
+            "i": In(stream.Signature(job(config))),
+            "busy": Out(1),
+            "counters": Out(COUNTERS),
+            "latency": In(10),
+            "stall": In(16),
+            "seed": In(32),
+            "load": In(1),
+            "dump": In(1),
+            "first": In(config.address_bits),
+            "last": In(config.address_bits),
+            "outside": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.processor = processor = UpdateProcessor(self.config)
+        wiring.connect(m, wiring.flipped(self.i), processor.i)
+        m.d.comb += [self.busy.eq(processor.busy), self.counters.eq(processor.counters)]
+        request, response = processor.port.request, processor.port.response
+        m.submodules.memory = Instance(
+            "memory_model",
+            p_ADDRESS_BITS=self.config.address_bits,
+            p_WORD_BITS=word_bits(self.config.fmt),
+            p_SIZE=self.words,
+            i_clk=ClockSignal(),
+            i_rst=ResetSignal(),
+            i_request_valid=request.valid,
+            o_request_ready=request.ready,
+            i_request_address=request.p.address,
+            i_request_write=request.p.write,
+            i_request_mask=request.p.mask,
+            i_request_data=request.p.data,
+            o_response_valid=response.valid,
+            i_response_ready=response.ready,
+            o_response_data=response.payload,
+            **{f"i_{k}": getattr(self, k) for k in ("latency", "stall", "seed")},
+            **{f"i_{k}": getattr(self, k) for k in ("load", "dump", "first", "last")},
+            o_outside=self.outside,
+        )
+        return m

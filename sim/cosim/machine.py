@@ -1,0 +1,159 @@
+"""The simulated machine, as a Python object that reads, writes and updates."""
+
+import socket
+import tempfile
+import threading
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+
+from hdl.config import Config
+from hdl.records import word_bits
+from hdl.update.processor import COUNTERS, job
+from sim.cosim import verilate
+from sim.cosim.bench import MEMORY_MODEL, UpdateBench
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How the memory behaves.
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a request to its response, 1 to 1000.
+    stalls : float
+        Chance that a cycle takes no request, and that a response comes a cycle later; below 1.
+    seed : int
+        Of the stalls, 1 to 2**32 - 1.
+    """
+
+    latency: int = 32
+    stalls: float = 0.0
+    seed: int = 1
+
+    def __post_init__(self):
+        if not 1 <= self.latency <= 1000:
+            raise ValueError(f"the memory model's latency is 1 to 1000 cycles, not {self.latency}")
+        if not 0 <= self.stalls <= 0.9:
+            raise ValueError(f"the share of stalls is 0 to 0.9, not {self.stalls}")
+        if not 1 <= self.seed < 1 << 32:
+            raise ValueError(f"the seed of stalls is 1 to 2**32 - 1, not {self.seed}")
+
+
+class Machine:
+    """The Verilog of an update processor and a memory, simulated in a process of its own.
+
+    A context manager: the simulator ends with it. Words are rows of uint32, the lowest first.
+
+    Parameters
+    ----------
+    config : Config
+    words : int
+        Least size of the memory; the real one is a power of 16, so that few simulators are built.
+    timing : Timing
+    waves : Path, optional
+        FST file for the waves of the whole run.
+
+    Raises
+    ------
+    SimulationError
+        The simulator does not build or start, or an update does not end.
+    """
+
+    def __init__(self, config: Config, words: int, timing: Timing, waves: Path | None = None):
+        size = 1 << -(-max(words.bit_length(), 12) // 4) * 4
+        bench = UpdateBench(config, min(size, 1 << config.address_bits))
+        self.config = config
+        self.timing = timing
+        self._waves = waves
+        folder = verilate.build(bench, sources=[MEMORY_MODEL], waves=waves is not None)
+        self._work = tempfile.TemporaryDirectory(prefix="bkdtree-")
+        self._error: Exception | None = None
+        path = Path(self._work.name) / "socket"
+        with socket.socket(socket.AF_UNIX) as listener:
+            listener.bind(str(path))
+            listener.listen()
+            listener.settimeout(0.1)
+            self._thread = threading.Thread(target=self._simulate, args=(folder, path), daemon=True)
+            self._thread.start()
+            self._connection = self._accept(listener)
+        self.reset(timing)
+
+    def _simulate(self, folder: Path, path: Path):
+        work = Path(self._work.name)
+        try:
+            verilate.run(
+                folder,
+                "sim.cosim.server",
+                work,
+                waves=self._waves is not None,
+                log=work / "simulator.log",
+                BKDTREE_SOCKET=path,
+            )
+        except Exception as error:
+            self._error = error
+
+    def _accept(self, listener: socket.socket) -> Connection:
+        while self._thread.is_alive():
+            try:
+                return Connection(listener.accept()[0].detach())
+            except TimeoutError:
+                continue
+        raise self._error or verilate.SimulationError("the simulator ended before it began")
+
+    def _call(self, name: str, *arguments):
+        try:
+            self._connection.send((name, arguments))
+            result = self._connection.recv()
+        except (EOFError, ConnectionError):
+            self._thread.join()
+            raise self._error or verilate.SimulationError("the simulator has ended") from None
+        if isinstance(result, RuntimeError):
+            raise verilate.SimulationError(str(result))
+        return result
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._connection.close()
+        self._thread.join()
+        if self._waves is not None:
+            self._keep_waves(self._waves)
+        self._work.cleanup()
+
+    def reset(self, timing: Timing):
+        """Reset the machine, not the words in its memory, and let the memory behave so."""
+        self._call("reset", timing.latency, int(timing.stalls * 65536), timing.seed)
+        self.timing = timing
+
+    def write(self, address: int, words: np.ndarray):
+        """Write words (n, limbs) from an address on."""
+        if len(words):
+            digits = np.ascontiguousarray(words[:, ::-1]).astype(">u4").tobytes().hex()
+            width = word_bits(self.config.fmt) // 4
+            lines = (digits[k : k + width] for k in range(0, len(digits), width))
+            self._call("load", address, "\n".join(lines) + "\n")
+
+    def read(self, address: int, count: int) -> np.ndarray:
+        """Words (count, limbs) from an address on."""
+        limbs = word_bits(self.config.fmt) // 32
+        if not count:
+            return np.zeros((0, limbs), np.uint32)
+        digits = self._call("dump", address, count)
+        words = np.frombuffer(bytes.fromhex(digits), ">u4").reshape(count, limbs)
+        return words[:, ::-1].astype(np.uint32)
+
+    def update(self, program: int, length: int, vertices: int, nodes: int) -> dict[str, int]:
+        """Run a program of `length` instructions; addresses in words. Its counters, in cycles."""
+        request = job(self.config).const({
+            "program": {"address": program, "length": length},
+            "vertices": vertices,
+            "nodes": nodes,
+        })
+        worst = 8 * (self.timing.latency + 40) / (1 - self.timing.stalls) ** 2
+        result = self._call("run", request.as_bits(), 10_000 + int(length * worst))
+        return {name: getattr(COUNTERS.from_bits(result), name) for name, _ in COUNTERS}
