@@ -69,7 +69,5 @@ class Config:
 FULL = Config()
 """The machine of the 2006 paper."""
 
-TINY = Config(
-    FloatFormat(3, 2), vertex_registers=5, box_registers=4, latency=4, address_bits=12
-)
+TINY = Config(FloatFormat(3, 2), vertex_registers=5, box_registers=4, latency=4, address_bits=12)
 """Small enough to meet every corner in a test."""

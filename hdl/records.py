@@ -43,13 +43,16 @@ def node(fmt: FloatFormat) -> data.FlexibleLayout:
     leaf has it on the left.
     """
     link = word_bits(fmt) - 32
-    return data.FlexibleLayout(word_bits(fmt), {
-        "bounds": data.Field(bounds(fmt), 0),
-        "axis": data.Field(2, link),
-        "left_is_leaf": data.Field(1, link + 2),
-        "right_is_leaf": data.Field(1, link + 3),
-        "pointer": data.Field(NODE_BITS, link + 4),
-    })
+    return data.FlexibleLayout(
+        word_bits(fmt),
+        {
+            "bounds": data.Field(bounds(fmt), 0),
+            "axis": data.Field(2, link),
+            "left_is_leaf": data.Field(1, link + 2),
+            "right_is_leaf": data.Field(1, link + 3),
+            "pointer": data.Field(NODE_BITS, link + 4),
+        },
+    )
 
 
 def vertex(fmt: FloatFormat) -> data.StructLayout:

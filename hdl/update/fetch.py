@@ -59,9 +59,7 @@ class Fetch(wiring.Component):
         m = Module()
 
         request, response = self.port.request, self.port.response
-        m.submodules.words = words = fifo.SyncFIFO(
-            width=len(response.payload), depth=self.depth
-        )
+        m.submodules.words = words = fifo.SyncFIFO(width=len(response.payload), depth=self.depth)
         unread = Signal.like(self.i.p.length)  # instructions whose words are not asked for
         left = Signal.like(self.i.p.length)  # instructions not given
         room = Signal(range(self.depth + 1), init=self.depth)  # words that no one has asked for

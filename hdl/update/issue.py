@@ -64,9 +64,7 @@ class Issue(wiring.Component):
             "start": In(1),
             "i": In(stream.Signature(INSTRUCTION_BITS)),
             "o_load": Out(
-                stream.Signature(
-                    data.StructLayout({f: load[f].shape for f in ("v", "vertex")})
-                )
+                stream.Signature(data.StructLayout({f: load[f].shape for f in ("v", "vertex")}))
             ),
             "o_merge3": Out(stream.Signature(MERGE3, always_ready=True)),
             "o_merge2": Out(stream.Signature(MERGE2, always_ready=True)),

@@ -38,7 +38,9 @@ class Loader(wiring.Component):
         self.config = config
         super().__init__({
             "base": In(config.address_bits),
-            "i": In(stream.Signature(data.StructLayout({"v": REGISTER_BITS, "vertex": VERTEX_BITS}))),
+            "i": In(
+                stream.Signature(data.StructLayout({"v": REGISTER_BITS, "vertex": VERTEX_BITS}))
+            ),
             "o": Out(
                 stream.Signature(
                     data.StructLayout({

@@ -15,7 +15,9 @@ from hdl.update.merge import Merge2, Merge3
 from hdl.update.writer import Writer
 
 COUNTERS = data.StructLayout(
-    {"instructions": 32} | {stall.name.lower(): 32 for stall in Stall if stall.value} | {"drain": 32}
+    {"instructions": 32}
+    | {stall.name.lower(): 32 for stall in Stall if stall.value}
+    | {"drain": 32}
 )
 """Cycles of a run: one an instruction, those of each cause of stall, and those after the last
 instruction until the last node is written. Their sum is the length of the run."""

@@ -72,9 +72,7 @@ def _victim(last_use, next_use, leaf, lead):
     """The register to load into."""
     best = -1
     for register in range(len(last_use)):
-        if last_use[register] <= leaf - lead and (
-            best < 0 or next_use[register] > next_use[best]
-        ):
+        if last_use[register] <= leaf - lead and (best < 0 or next_use[register] > next_use[best]):
             best = register
     if best < 0:
         best = np.argmin(last_use)

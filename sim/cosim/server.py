@@ -69,6 +69,7 @@ async def run(dut, job: int, most_cycles: int) -> int:
         await with_timeout(FallingEdge(dut.busy), most_cycles * CYCLE, "ns")
     except SimTimeoutError:
         raise RuntimeError(f"the update did not end within {most_cycles} cycles") from None
+    await RisingEdge(dut.clk)  # past the edge at which busy fell, everything has settled
     if dut.outside.value:
         raise RuntimeError("the update used an address outside of the memory")
     return dut.counters.value.to_unsigned()

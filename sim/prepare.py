@@ -1,0 +1,108 @@
+"""From a scene to what the machine runs: load, normalise, build, compile."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from time import perf_counter
+
+import numpy as np
+
+from hdl.config import Config
+from sim.compiler.check import check
+from sim.compiler.compile import compile_tree
+from sim.compiler.image import Image
+from sim.errors import InputError
+from sim.model.fp.format import decode, encode
+from sim.scene.normalise import Normalised, normalise
+from sim.scene.scene import Scene
+from sim.tree.build import build
+from sim.tree.tree import Tree
+
+COARSEST = 1 / 16
+"""Farthest that rounding may move a vertex, in half sizes of the scene."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scene, compiled for a machine.
+
+    Attributes
+    ----------
+    normalised : Normalised
+    tree : Tree
+        Over the first frame.
+    image : Image
+    build_seconds, compile_seconds : float
+    """
+
+    normalised: Normalised
+    tree: Tree
+    image: Image
+    build_seconds: float
+    compile_seconds: float
+
+    @property
+    def scene(self) -> Scene:
+        return self.normalised.scene
+
+    @property
+    def frames(self) -> range:
+        return self.normalised.frames
+
+    @property
+    def config(self) -> Config:
+        return self.image.config
+
+    @cached_property
+    def leaf_vertices(self) -> np.ndarray:
+        """Vertices of the scene (L, 3) of each leaf."""
+        return self.scene.faces[self.image.order.triangles]
+
+    def coordinates(self, frame: int) -> np.ndarray:
+        """Bit patterns (V, 3) of the vertices of a frame, rounded once.
+
+        Raises
+        ------
+        InputError
+            The format is too narrow: names the frame and the vertex that moves too far.
+        """
+        exact = self.scene.pose(frame)
+        bits = encode(self.config.fmt, exact)
+        moved = np.abs(decode(self.config.fmt, bits) - exact).max(axis=1)
+        vertex = int(moved.argmax())
+        if moved[vertex] > COARSEST:
+            raise InputError(
+                f"{self.scene.name}: format {self.config.fmt} is too narrow: it moves vertex "
+                f"{vertex} of frame {frame} by {moved[vertex]:.2g} of the scene's half size; use "
+                f"more bits"
+            )
+        return bits
+
+
+def prepare(
+    scene: Scene,
+    config: Config,
+    *,
+    frames: range | None = None,
+    builder: str = "sah",
+    step: Callable[[str], None] = lambda _: None,
+) -> Prepared:
+    """Compile a scene; `step` is told what begins.
+
+    Raises
+    ------
+    InputError
+        The scene or a frame of it is at fault, or does not fit the machine.
+    """
+    step("measuring all frames")
+    normalised = normalise(scene, frames)
+    step("building the tree")
+    begin = perf_counter()
+    tree = build(normalised.scene.pose(normalised.frames[0]), scene.faces, builder)
+    build_seconds = perf_counter() - begin
+    step("compiling the program")
+    begin = perf_counter()
+    image = compile_tree(tree, scene.faces, config)
+    compile_seconds = perf_counter() - begin
+    check(config, image.instructions, len(image.vertices), image.nodes)
+    return Prepared(normalised, tree, image, build_seconds, compile_seconds)
