@@ -1,16 +1,15 @@
 """The command `bkd-sim`: build, simulate, check, report."""
 
+import argparse
 import json
 import os
 import re
 import sys
 import tempfile
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -31,123 +30,114 @@ SCENE_HELP = (
     "walker, waves, room or burst, with a size as in walker:80k; an .npz with faces and vertices; "
     "glTF; any mesh file; a folder or pattern of numbered meshes"
 )
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    help="Simulate, check and measure a B-KD tree machine.\n\n"
-    "Example: bkd-sim update walker --frames 0:4",
-)
-
-SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help=SCENE_HELP)]
-FramesOption = Annotated[str | None, typer.Option(metavar="A:B", help="frames A to B - 1; or one")]
-BuilderOption = Annotated[str, typer.Option(metavar="NAME", help=", ".join(BUILDERS))]
-FormatOption = Annotated[
-    str, typer.Option("--format", metavar="E,M", help="exponent and mantissa bits of floats")
-]
-LatencyOption = Annotated[int, typer.Option(help="cycles that memory takes, 1 to 256")]
-FpsOption = Annotated[float | None, typer.Option(help="glTF: frames a second; 24 if not given")]
-AnimationOption = Annotated[str | None, typer.Option(help="glTF: name or number; else the first")]
-PeriodOption = Annotated[int | None, typer.Option(help="walker, ...: frames of a period, else 24")]
-JsonOption = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="figures as JSON")]
 
 
-@app.command(epilog="Example: bkd-sim update walker:80k --frames 0:4 --json walker.json")
-def update(
-    scene: SceneArgument,
-    frames: FramesOption = None,
-    builder: BuilderOption = "sah",
-    latency: LatencyOption = 32,
-    stalls: Annotated[float, typer.Option(help="share of cycles in which memory stalls")] = 0.0,
-    seed: Annotated[int, typer.Option(help="of the stalls")] = 1,
-    fmt: FormatOption = "7,16",
-    fps: FpsOption = None,
-    animation: AnimationOption = None,
-    period: PeriodOption = None,
-    json_file: JsonOption = None,
-    waves: Annotated[Path | None, typer.Option(metavar="FILE.fst", help="all waves")] = None,
-):
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message):
+        raise InputError(f"{message}; see {self.prog} --help")
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands and their options."""
+    scene = Parser(add_help=False)
+    add = scene.add_argument
+    add("scene", metavar="SCENE", help=SCENE_HELP)
+    add("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all if not given")
+    add("--builder", choices=BUILDERS, default="sah", help="of the tree; %(default)s")
+    add("--format", metavar="E,M", default="7,16", help="bits of a float; %(default)s")
+    add("--latency", metavar="N", type=int, default=32, help="of memory, in cycles; %(default)s")
+    add("--fps", metavar="N", type=float, help="glTF: frames a second; 24")
+    add("--animation", metavar="NAME", help="glTF: name or number; the first")
+    add("--period", metavar="N", type=int, help="walker, ...: frames of a period; 24")
+
+    top = Parser(prog="bkd-sim", description="Simulate, check and measure a B-KD tree machine.")
+    top.epilog = "Example: bkd-sim update walker --frames 0:4"
+    commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
+
+    def command(run: Callable, example: str):
+        text = (run.__doc__ or "").split("\n")[0]
+        sub = commands.add_parser(
+            run.__name__,
+            help=text,
+            description=text,
+            epilog=f"Example: bkd-sim {example}",
+            parents=[scene],
+        )
+        sub.set_defaults(run=run)
+        return sub.add_argument
+
+    add = command(update, "update walker:80k --frames 0:4 --json walker.json")
+    add("--stalls", metavar="P", type=float, default=0.0, help="share of cycles memory stalls; 0")
+    add("--seed", metavar="N", type=int, default=1, help="of the stalls; %(default)s")
+    add("--json", metavar="FILE", type=Path, help="write the figures to FILE")
+    add("--waves", metavar="FILE.fst", type=Path, help="write all waves to FILE.fst")
+    add = command(info, "info Fox.glb --animation Run")
+    add("--json", metavar="FILE", type=Path, help="write the figures to FILE")
+    command(disasm, "disasm walker | head")
+    return top
+
+
+def update(options) -> int:
     """Update the tree for every frame in the Verilog, and check every bit against the model."""
-    timing = _checked(Timing, latency=latency, stalls=stalls, seed=seed)
-    _check_writable(json_file, waves)
+    timing = _checked(Timing, latency=options.latency, stalls=options.stalls, seed=options.seed)
+    if options.waves and options.waves.suffix != ".fst":
+        raise InputError(
+            f"{options.waves}: waves are written as FST; name a file that ends in .fst"
+        )
+    _check_writable(options.json, options.waves)
     with _progress() as progress:
         task = progress.add_task("", total=None)
 
         def step(text):
             progress.update(task, description=text)
 
-        prepared = _prepare(scene, frames, builder, fmt, latency, fps, animation, period, step)
+        prepared = _prepare(options, step)
         progress.update(task, total=len(prepared.frames))
         report = measure_update(
             prepared,
             timing,
-            builder=builder,
-            waves=waves,
+            builder=options.builder,
+            waves=options.waves,
             step=step,
             done=lambda _: progress.advance(task),
         )
-    for shown in update_tables(report):
-        _print(shown)
-    _write_json(json_file, report.as_dict())
-    if report.mismatches:
-        for line in report.mismatches_shown:
-            print(line, file=sys.stderr)
-        raise typer.Exit(1)
+    _print(*update_tables(report))
+    _write_json(options.json, report.as_dict())
+    for line in report.mismatches_shown:
+        print(line, file=sys.stderr)
+    return 1 if report.mismatches else 0
 
 
-@app.command(epilog="Example: bkd-sim info walker")
-def info(
-    scene: SceneArgument,
-    frames: FramesOption = None,
-    builder: BuilderOption = "sah",
-    fmt: FormatOption = "7,16",
-    latency: LatencyOption = 32,
-    fps: FpsOption = None,
-    animation: AnimationOption = None,
-    period: PeriodOption = None,
-    json_file: JsonOption = None,
-):
+def info(options) -> int:
     """Describe a scene, its tree, its program and where they lie in memory."""
+    _check_writable(options.json)
     with _progress() as progress:
         task = progress.add_task("", total=None)
-        prepared = _prepare(
-            scene, frames, builder, fmt, latency, fps, animation, period,
-            lambda text: progress.update(task, description=text),
-        )  # fmt: skip
+        prepared = _prepare(options, lambda text: progress.update(task, description=text))
         figures = scene_info(prepared)
-    for shown in info_tables(figures):
-        _print(shown)
-    _write_json(json_file, figures)
+    _print(*info_tables(figures))
+    _write_json(options.json, figures)
+    return 0
 
 
-@app.command(epilog="Example: bkd-sim disasm walker | head")
-def disasm(
-    scene: SceneArgument,
-    frames: FramesOption = None,
-    builder: BuilderOption = "sah",
-    fmt: FormatOption = "7,16",
-    latency: LatencyOption = 32,
-    fps: FpsOption = None,
-    animation: AnimationOption = None,
-    period: PeriodOption = None,
-):
+def disasm(options) -> int:
     """Print the program of a scene, an instruction a line."""
-    prepared = _prepare(scene, frames, builder, fmt, latency, fps, animation, period)
+    prepared = _prepare(options)
     for index, line in enumerate(disassemble(prepared.image.instructions)):
         print(f"{index:8}  {line}")
+    return 0
 
 
-def _prepare(
-    scene, frames, builder, fmt, latency, fps, animation, period, step=lambda _: None
-) -> Prepared:
-    if builder not in BUILDERS:
-        raise InputError(f"no builder {builder!r}: take one of {', '.join(BUILDERS)}")
-    config = _config(fmt, latency)
+def _prepare(options, step: Callable[[str], None] = lambda _: None) -> Prepared:
+    config = _config(options.format, options.latency)
     step("reading the scene")
-    loaded = load_scene(scene, fps=fps, animation=animation, frames=period)
-    chosen = _frames(frames, loaded.frames)
-    return prepare(loaded, config, frames=chosen, builder=builder, step=step)
+    loaded = load_scene(
+        options.scene, fps=options.fps, animation=options.animation, frames=options.period
+    )
+    chosen = _frames(options.frames, loaded.frames)
+    return prepare(loaded, config, frames=chosen, builder=options.builder, step=step)
 
 
 def _config(fmt: str, latency: int) -> Config:
@@ -196,10 +186,11 @@ def _progress() -> Progress:
     )
 
 
-def _print(shown):
-    """Print a table, no wider than 80 columns even into a pipe."""
+def _print(*tables):
+    """Print tables, no wider than 80 columns even into a pipe."""
     console = Console(highlight=False)
-    console.print(shown, width=min(console.width, 80) if console.is_terminal else 80)
+    width = min(console.width, 80) if console.is_terminal else 80
+    console.print(*tables, sep="", width=width)
 
 
 def _check_writable(*files: Path | None):
@@ -209,29 +200,25 @@ def _check_writable(*files: Path | None):
             raise InputError(f"{file}: cannot be written; name a file in a folder that exists")
 
 
-@contextmanager
-def _replacing(file: Path):
-    """A temporary name beside `file`, that takes its place when all went well."""
-    with tempfile.TemporaryDirectory(dir=file.absolute().parent) as folder:
-        temporary = Path(folder) / file.name
-        yield temporary
-        temporary.replace(file)
-
-
 def _write_json(file: Path | None, figures: dict):
+    """Write figures whole or not at all."""
     if file:
-        _check_writable(file)
-        with _replacing(file) as temporary:
+        with tempfile.TemporaryDirectory(dir=file.absolute().parent) as folder:
+            temporary = Path(folder) / file.name
             temporary.write_text(json.dumps(figures, indent=1) + "\n")
+            temporary.replace(file)
 
 
 def main():
     """Run the command; errors that a user can mend are one line, and exit code 2."""
     try:
-        app()
+        options = parser().parse_args()
+        sys.exit(options.run(options))
     except (InputError, SimulationError) as error:
         print(f"bkd-sim: {error}", file=sys.stderr)
         sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(130)
     except BrokenPipeError:  # the reader of a pipe has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)

@@ -5,7 +5,7 @@ from amaranth.lib import fifo, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.memory.port import Port
+from hdl.memory.port import Port, PortInterface
 
 
 class Arbiter(wiring.Component):
@@ -27,6 +27,9 @@ class Arbiter(wiring.Component):
     clients : In(Port) for each client
     port : Out(Port)
     """
+
+    clients: list[PortInterface]
+    port: PortInterface
 
     def __init__(self, config: Config, clients: int, outstanding: int):
         if clients < 1 or outstanding < 1:

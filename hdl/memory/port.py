@@ -22,6 +22,13 @@ def request(config: Config) -> data.StructLayout:
     })
 
 
+class PortInterface(wiring.PureInterface):
+    """Members of a Port, for the type checker."""
+
+    request: stream.Interface
+    response: stream.Interface
+
+
 class Port(wiring.Signature):
     """A pair of streams, as the side sees it that asks.
 
@@ -39,3 +46,7 @@ class Port(wiring.Signature):
             "request": Out(stream.Signature(request(config))),
             "response": In(stream.Signature(word_bits(config.fmt))),
         })
+
+    def create(self, *, path=None, src_loc_at=0) -> PortInterface:
+        """Interface with the members of a Port."""
+        return PortInterface(self, path=path, src_loc_at=1 + src_loc_at)

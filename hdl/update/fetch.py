@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.isa import INSTRUCTION_BITS
-from hdl.memory.port import Port
+from hdl.memory.port import Port, PortInterface
 from hdl.records import instructions_per_word
 
 
@@ -40,6 +40,7 @@ class Fetch(wiring.Component):
 
     i: stream.Interface
     o: stream.Interface
+    port: PortInterface
     idle: Signal
 
     def __init__(self, config: Config):

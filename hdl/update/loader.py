@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl import records
 from hdl.config import Config
 from hdl.isa import REGISTER_BITS, VERTEX_BITS
-from hdl.memory.port import Port
+from hdl.memory.port import Port, PortInterface
 
 
 class Loader(wiring.Component):
@@ -32,6 +32,7 @@ class Loader(wiring.Component):
     i: stream.Interface
     o: stream.Interface
     base: Signal
+    port: PortInterface
     idle: Signal
 
     def __init__(self, config: Config):

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl import records
 from hdl.config import Config
 from hdl.memory.arbiter import Arbiter
-from hdl.memory.port import Port
+from hdl.memory.port import Port, PortInterface
 from hdl.update.fetch import Fetch, program
 from hdl.update.issue import Issue, Stall
 from hdl.update.loader import Loader
@@ -60,7 +60,7 @@ class UpdateProcessor(wiring.Component):
     i: stream.Interface
     busy: Signal
     counters: data.View
-    port: wiring.PureInterface
+    port: PortInterface
 
     def __init__(self, config: Config):
         self.config = config

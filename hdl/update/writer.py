@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl import records
 from hdl.config import Config
 from hdl.isa import NODE_BITS
-from hdl.memory.port import Port
+from hdl.memory.port import Port, PortInterface
 
 
 class Writer(wiring.Component):
@@ -30,6 +30,7 @@ class Writer(wiring.Component):
 
     i: stream.Interface
     base: Signal
+    port: PortInterface
     room: Signal
     idle: Signal
 
@@ -69,7 +70,7 @@ class Writer(wiring.Component):
             waiting.w_data.eq(entering),
             waiting.w_en.eq(self.i.valid),
             self.i.ready.eq(waiting.w_rdy),
-            self.room.eq(waiting.level < self.depth - self.slack),
+            self.room.eq(waiting.w_level < self.depth - self.slack),
             leaving.eq(waiting.r_data),
             request.valid.eq(waiting.r_rdy),
             request.p.address.eq(leaving.address),

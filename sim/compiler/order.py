@@ -48,7 +48,8 @@ def order(tree: Tree, box_registers: int) -> Order:
     children = np.ascontiguousarray(tree.children, np.int32)
     need, leaves = _needs(children)
     if need[0] > box_registers:
-        node = int(np.flatnonzero(need > box_registers)[-1])  # parents come before children
+        beyond = np.flatnonzero(need > box_registers)
+        node = int(beyond[leaves[beyond].argmin()])
         raise InputError(
             f"the subtree of node {node} ({leaves[node]} triangles) needs {need[node]} box "
             f"registers and there are {box_registers}: use a configuration with more"
@@ -64,7 +65,7 @@ def _needs(children):
     need = np.empty(count, np.int32)
     leaves = np.zeros(count, np.int32)
     for node in range(count - 1, -1, -1):
-        needs = [1, 1]
+        needs = np.ones(2, np.int32)
         for side in range(2):
             child = children[node, side]
             if child >= 0:
@@ -72,8 +73,7 @@ def _needs(children):
                 leaves[node] += leaves[child]
             else:
                 leaves[node] += 1
-        more, less = max(needs), min(needs)
-        need[node] = max(more, less + 1)
+        need[node] = max(needs.max(), needs.min() + 1)
     return need, leaves
 
 

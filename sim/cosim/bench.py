@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
@@ -29,6 +29,11 @@ class UpdateBench(wiring.Component):
     latency, stall, seed, load, dump, first, last, outside :
         As in memory_model.v.
     """
+
+    i: stream.Interface
+    busy: Signal
+    counters: data.View
+    outside: Signal
 
     def __init__(self, config: Config, words: int):
         if not 1 <= words <= 1 << config.address_bits:

@@ -1,5 +1,6 @@
 """The simulated machine, as a Python object that reads, writes and updates."""
 
+import shutil
 import socket
 import tempfile
 import threading
@@ -121,8 +122,9 @@ class Machine:
     def __exit__(self, *_):
         self._connection.close()
         self._thread.join()
-        if self._waves is not None:
-            self._keep_waves(self._waves)
+        waves = Path(self._work.name) / verilate.WAVES
+        if self._waves is not None and waves.exists():
+            shutil.move(waves, self._waves)
         self._work.cleanup()
 
     def reset(self, timing: Timing):

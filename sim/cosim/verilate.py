@@ -17,6 +17,7 @@ from filelock import FileLock
 from platformdirs import user_cache_path
 
 TOP = "dut"
+WAVES = "waves.fst"
 FLAGS = ["-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--public-depth", "1"]
 MAKEFLAGS = {  # the wheel's verilated.mk names the compiler of the machine that built it
     "CFG_CXXFLAGS_PCH_I": "-include",
@@ -25,6 +26,7 @@ MAKEFLAGS = {  # the wheel's verilated.mk names the compiler of the machine that
     "AR": "ar",
     "OPT_FAST": "-O2",
 }
+STORED = Path(__file__).parent / "stored"
 
 
 class SimulationError(Exception):
@@ -58,6 +60,17 @@ def simulator() -> str:
 
 def _runner() -> runner.Runner:
     return PortsOnlyVerilator() if simulator() == "verilator" else runner.Icarus()
+
+
+def _flags(work: Path, waves: bool) -> list[str]:
+    if simulator() == "icarus":
+        return []
+    if not waves:
+        return FLAGS
+    # FST files ask for two libraries that a bare machine has not: our headers, and nothing to link.
+    for library in ("liblz4.a", "libz.a"):
+        (work / library).write_bytes(b"!<arch>\n")
+    return [*FLAGS, "--trace-fst", "-CFLAGS", f"-I{STORED}", "-LDFLAGS", f"-L{work}"]
 
 
 def cache_folder() -> Path:
@@ -116,7 +129,7 @@ def _compile(texts: list[str], folder: Path, waves: bool):
                 sources=sources[1:] + sources[:1],
                 hdl_toplevel=TOP,
                 build_dir=work,
-                build_args=[*FLAGS, *(["--trace-fst"] * waves)] * (simulator() == "verilator"),
+                build_args=_flags(work, waves),
                 timescale=("1ns", "1ps"),
                 waves=waves,
                 log_file=log,
@@ -143,7 +156,8 @@ def run(
 ):
     """Run the cocotb tests of `test_module` on a simulator of `build`, in the folder `work`.
 
-    `env` is what the tests find in os.environ. Waves go to `work`: dump.fst or dut.fst.
+    `env` is what the tests find in os.environ. With `waves`, which `build` must have had too, the
+    file WAVES in `work` holds those of all signals.
 
     Raises
     ------
@@ -158,6 +172,8 @@ def run(
             build_dir=folder,
             test_dir=work,
             waves=waves,
+            test_args=["--trace-file", WAVES] if waves and simulator() == "verilator" else [],
+            plusargs=[f"+dumpfile_path={WAVES}"] if waves and simulator() == "icarus" else [],
             log_file=log,
             results_xml=str(work.resolve() / "results.xml"),
             extra_env={"PYTHONWARNINGS": "error"} | {k: str(v) for k, v in env.items()},
