@@ -149,13 +149,30 @@ class Machine:
         words = np.frombuffer(bytes.fromhex(digits), ">u4").reshape(count, limbs)
         return words[:, ::-1].astype(np.uint32)
 
-    def update(self, program: int, length: int, vertices: int, nodes: int) -> dict[str, int]:
-        """Run a program of `length` instructions; addresses in words. Its counters, in cycles."""
+    def update(
+        self,
+        program: int,
+        length: int,
+        vertices: int,
+        nodes: int,
+        *,
+        most_cycles: int | None = None,
+    ) -> dict[str, int]:
+        """Run a program of `length` instructions; addresses in words. Its counters, in cycles.
+
+        Raises
+        ------
+        SimulationError
+            It uses an address outside of the memory, or does not end within `most_cycles`: if
+            not given, many times of what the slowest program takes on this memory.
+        """
+        if most_cycles is None:
+            worst = 8 * (self.timing.latency + 40) / (1 - self.timing.stalls) ** 2
+            most_cycles = 10_000 + int(length * worst)
         request = job(self.config).const({
             "program": {"address": program, "length": length},
             "vertices": vertices,
             "nodes": nodes,
         })
-        worst = 8 * (self.timing.latency + 40) / (1 - self.timing.stalls) ** 2
-        result = self._call("run", request.as_bits(), 10_000 + int(length * worst))
+        result = self._call("run", request.as_bits(), most_cycles)
         return {name: getattr(COUNTERS.from_bits(result), name) for name, _ in COUNTERS}

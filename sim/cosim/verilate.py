@@ -3,6 +3,7 @@
 import hashlib
 import importlib.metadata
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -88,7 +89,7 @@ def build(component, *, sources: Sequence[Path] = (), waves: bool = False) -> Pa
     Raises
     ------
     SimulationError
-        The simulator or the C++ compiler is missing, or reports an error; says the log's end.
+        The simulator or the C++ compiler is missing, or reports an error; says which.
     """
     texts = [verilog.convert(component, name=TOP, emit_src=False, strip_internal_attrs=not waves)]
     texts += [source.read_text() for source in sources]
@@ -135,7 +136,7 @@ def _compile(texts: list[str], folder: Path, waves: bool):
                 log_file=log,
             )
         except (SystemExit, Exception) as error:
-            raise SimulationError(f"{simulator()} does not build: {_end_of(log, error)}") from error
+            raise SimulationError(f"{simulator()} does not build: {_reason(log, error)}") from error
         done = folder.with_suffix(".new")
         shutil.rmtree(done, ignore_errors=True)
         done.mkdir()
@@ -180,12 +181,14 @@ def run(
         )
         tests, failures = get_results(results)
     except (SystemExit, RuntimeError) as error:
-        raise SimulationError(f"{simulator()} failed: {_end_of(log, error)}") from error
+        raise SimulationError(f"{simulator()} failed: {_reason(log, error)}") from error
     if failures or not tests:
-        raise SimulationError(f"{failures} of {tests} tests failed: {_end_of(log, test_module)}")
+        raise SimulationError(f"{failures} of {tests} tests failed: {_reason(log, test_module)}")
 
 
-def _end_of(log: Path | None, otherwise) -> str:
+def _reason(log: Path | None, otherwise) -> str:
+    """The last error in a log, or its last line."""
     lines = log.read_text(errors="replace").split("\n") if log and log.exists() else []
     lines = [line.strip() for line in lines if line.strip()]
-    return " / ".join(lines[-5:]) or str(otherwise)
+    errors = [line for line in lines if re.search(r"\w*[Ee]rror: ", line)]
+    return (errors or lines or [str(otherwise)])[-1]
