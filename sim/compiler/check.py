@@ -75,7 +75,7 @@ def check(
     fault(merges[1:][np.diff(written) <= 0], "writes a node again or out of order")
 
     if faults:
-        index, message = min(faults)
+        index, message = min(faults, key=lambda fault: fault[0])  # of one, what was found first
         line = next(disassemble(words[index]))
         raise IllegalProgram(f"instruction {index} ({line}): {message}")
     if complete and len(written) != nodes:
