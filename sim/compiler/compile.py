@@ -26,8 +26,9 @@ def compile_tree(tree: Tree, faces: np.ndarray, config: Config) -> Image:
     InputError
         The configuration has too few box registers, address or index bits for the scene.
     """
-    ordered = order(tree, config.box_registers)
-    corners = np.asarray(faces, np.int32)[ordered.triangles]
+    faces = np.ascontiguousarray(faces, np.int32)
+    ordered = order(tree, faces, config.box_registers)
+    corners = faces[ordered.triangles]
     loads = allocate(corners, config.vertex_registers, config.lead)
 
     # Vertices in the order of their first load.

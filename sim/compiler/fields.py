@@ -12,9 +12,12 @@ def put(words: np.ndarray, field: data.Field, values, base: int = 0):
     Raises
     ------
     ValueError
-        A value is negative or too wide: nothing is ever cut off in silence.
+        A value is negative, too wide or no integer: nothing is ever cut off in silence.
     """
-    values = np.asarray(values, np.int64)
+    values = np.asarray(values)
+    if values.size and values.dtype.kind not in "biu":
+        raise ValueError(f"a field holds integers, not {values.dtype}")
+    values = values.astype(np.int64)
     if values.size and (values.min() < 0 or values.max() >> field.width):
         raise ValueError(f"{field.width} bits do not hold {values.min()} to {values.max()}")
     limb, shift = divmod(base + field.offset, 32)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from sim.compiler.sequence import sequence
 from sim.errors import InputError
 from sim.tree.tree import Tree
 
@@ -34,11 +35,17 @@ class Order:
     boxes: int
 
 
-def order(tree: Tree, box_registers: int) -> Order:
-    """Post-order with the child that needs more box registers first, in linear time.
+def order(tree: Tree, faces: np.ndarray, box_registers: int) -> Order:
+    """Post-order in linear time, with the children in the order that shares most vertices.
 
-    That is the fewest for any post-order (Sethi, Ullman 1970): at most log2 of the number of
-    leaves, plus 1.
+    Where half of the box registers do not hold that, the child that needs more comes first: no
+    post-order needs fewer (Sethi, Ullman 1970), at most log2 of the number of leaves, plus 1.
+
+    Parameters
+    ----------
+    tree : Tree
+    faces : (T, 3) int32
+    box_registers : int
 
     Raises
     ------
@@ -54,8 +61,10 @@ def order(tree: Tree, box_registers: int) -> Order:
             f"the subtree of node {node} ({leaves[node]} triangles) needs {need[node]} box "
             f"registers and there are {box_registers}: use a configuration with more"
         )
-    placed, axis, triangles = _place(children, np.asarray(tree.axis, np.uint8), need)
-    return Order(placed, axis, triangles, int(need[0]))
+    spare = max(int(need[0]), box_registers // 2)  # the rest is for leaves that are hoisted
+    right_first, boxes = sequence(children, faces, need, leaves, spare)
+    placed, axis, triangles = _place(children, np.asarray(tree.axis, np.uint8), right_first)
+    return Order(placed, axis, triangles, boxes)
 
 
 @numba.njit("Tuple((int32[::1], int32[::1]))(int32[:, ::1])", cache=True)
@@ -78,21 +87,21 @@ def _needs(children):
 
 
 @numba.njit(cache=True)
-def _sides(children, need, node):
-    """Left and right child: a leaf before a node, of two nodes the one with more need."""
+def _sides(children, right_first, node):
+    """Left and right child of the record: as they follow each other, but a leaf before a node."""
     left, right = children[node, 0], children[node, 1]
-    if right < 0 and left >= 0:
-        return right, left
-    if left >= 0 and right >= 0 and need[right] > need[left]:
+    if right_first[node]:
+        left, right = right, left
+    if right < 0 <= left:
         return right, left
     return left, right
 
 
 @numba.njit(
-    "Tuple((int32[:, ::1], uint8[::1], int32[::1]))(int32[:, ::1], uint8[::1], int32[::1])",
+    "Tuple((int32[:, ::1], uint8[::1], int32[::1]))(int32[:, ::1], uint8[::1], boolean[::1])",
     cache=True,
 )
-def _place(children, axis, need):
+def _place(children, axis, right_first):
     """Children and axis of each node in the new order, and the triangle of each leaf."""
     count = len(children)
     placed = np.empty((count, 2), np.int32)
@@ -110,14 +119,14 @@ def _place(children, axis, need):
         if node >= 0:
             stack[depth] = ~node
             depth += 1
-            first, second = _sides(children, need, node)
+            first, second = _sides(children, right_first, node)
             for child in (second, first):  # the one on top of the stack comes first
                 if child >= 0:
                     stack[depth] = child
                     depth += 1
         else:
             node = ~node
-            for side, child in enumerate(_sides(children, need, node)):
+            for side, child in enumerate(_sides(children, right_first, node)):
                 if child >= 0:
                     placed[nodes, side] = index[child]
                 else:

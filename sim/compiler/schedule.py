@@ -29,7 +29,14 @@ def schedule(order: Order, loads: Loads, slots: np.ndarray, config: Config) -> n
     slots : (K,) int32
         Index in memory of the vertex of each load.
     config : Config
+
+    Raises
+    ------
+    ValueError
+        It needs more.
     """
+    if order.boxes > config.box_registers:
+        raise ValueError(f"{order.boxes} boxes do not fit {config.box_registers} registers")
     table = _schedule(
         order.children,
         order.axis,
@@ -117,7 +124,6 @@ def _schedule(
         elif (
             leaf < leaves
             and free_count > 0
-            and (load == loads or load_leaf[load] > leaf)
             and vertex_ready[operands[leaf, 0]] <= cycle
             and vertex_ready[operands[leaf, 1]] <= cycle
             and vertex_ready[operands[leaf, 2]] <= cycle

@@ -36,7 +36,9 @@ class Surface:
 
 
 def cage(cubes: set[tuple[int, int, int]], values: np.ndarray) -> Surface:
-    """The outside of `cubes`, named by their lowest corners; `values` (X, Y, Z, C) by lattice point.
+    """The outside of `cubes`, named by their lowest corners.
+
+    `values` (X, Y, Z, C) are by lattice point.
 
     Cubes that meet at an edge must be joined around it by a third, or the edge has four quads.
     """

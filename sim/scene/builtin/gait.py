@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim.scene.builtin.body import ARM, BONES, PIVOTS, SIDES
+from sim.scene.builtin.body import BONES, PIVOTS, SIDES
 from sim.scene.builtin.rotate import rotations
 
 # Degrees at every tenth of the cycle, from heel strike on; flexion of hip, knee and elbow,
