@@ -22,6 +22,10 @@ class Config:
         ones it is as right, and slower. 1 to 256.
     address_bits : int
         Bits of the address of a memory word. 4 to 28.
+    packets : int
+        Packets of four rays in flight. 1 to 32.
+    stack_depth : int
+        Nodes that a packet can have waiting, so levels of the deepest tree less one. 1 to 64.
 
     Raises
     ------
@@ -34,17 +38,23 @@ class Config:
     box_registers: int = 64
     latency: int = 32
     address_bits: int = 28
+    packets: int = 32
+    stack_depth: int = 32
 
     box_latency: ClassVar[int] = 3
     """Cycles from the issue of a merge to that of the first instruction that can read its box."""
 
     def __post_init__(self):
+        if self.fmt.bits > 32:
+            raise ValueError(f"a float has at most 32 bits, not {self.fmt.bits} ({self.fmt})")
         most = 1 << REGISTER_BITS
         for name, low, high in [
             ("vertex_registers", 3, most),
             ("box_registers", 2, most),
             ("latency", 1, 256),
             ("address_bits", 4, 28),
+            ("packets", 1, 32),
+            ("stack_depth", 1, 64),
         ]:
             if not low <= getattr(self, name) <= high:
                 raise ValueError(f"{name} is {low} to {high}, not {getattr(self, name)}")
@@ -69,5 +79,13 @@ class Config:
 FULL = Config()
 """The machine of the 2006 paper."""
 
-TINY = Config(FloatFormat(3, 2), vertex_registers=5, box_registers=4, latency=4, address_bits=12)
+TINY = Config(
+    FloatFormat(3, 2),
+    vertex_registers=5,
+    box_registers=4,
+    latency=4,
+    address_bits=12,
+    packets=3,
+    stack_depth=4,
+)
 """Small enough to meet every corner in a test."""

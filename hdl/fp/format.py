@@ -1,8 +1,32 @@
 """Float formats: the one place that says how many bits a number has."""
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 from amaranth.lib import data
+
+
+class Rounding(IntEnum):
+    """Which of the two neighbours of an exact result is taken.
+
+    It is rounded as if exponents had no end. Then, where the result's exponent is out of range:
+
+    ======== ================= =============== =============== =============== ===============
+    rounding takes             below smallest  and negative    above largest   and negative
+    ======== ================= =============== =============== =============== ===============
+    NEAREST  nearest, ties to  +0              -0              +inf            -inf
+             the even mantissa
+    DOWN     lower             +0              minus smallest  largest         -inf
+    UP       higher            smallest        -0              +inf            minus largest
+    ======== ================= =============== =============== =============== ===============
+
+    So DOWN <= exact <= UP, always. Where the exact result could be any value, as of inf - inf,
+    DOWN is -inf and UP is +inf.
+    """
+
+    NEAREST = 0
+    DOWN = 1
+    UP = 2
 
 
 @dataclass(frozen=True)
@@ -15,23 +39,24 @@ class FloatFormat:
     Parameters
     ----------
     exp_bits : int
-        2 to 8.
+        2 to 8; in `difference` and `product` up to 10.
     man_bits : int
-        1 to 23.
+        1 to 23; in `product` up to 47.
 
     Raises
     ------
     ValueError
-        Outside of these ranges, which hold what a 32-bit float does and all that is narrower.
+        Outside of these ranges: what a 32-bit float holds and all that is narrower, and what the
+        exact sum of two products of such numbers asks for.
     """
 
     exp_bits: int
     man_bits: int
 
     def __post_init__(self):
-        if not (2 <= self.exp_bits <= 8 and 1 <= self.man_bits <= 23):
+        if not (2 <= self.exp_bits <= 10 and 1 <= self.man_bits <= 47):
             raise ValueError(
-                f"a float format has 2 to 8 exponent bits and 1 to 23 mantissa bits, not {self}"
+                f"a float format has 2 to 10 exponent bits and 1 to 47 mantissa bits, not {self}"
             )
 
     def __str__(self) -> str:
@@ -55,6 +80,24 @@ class FloatFormat:
     def max_exp(self) -> int:
         """The largest number is below 2 ** (max_exp + 1)."""
         return self.bias
+
+    @property
+    def product(self) -> "FloatFormat":
+        """The format that holds the product of two finite numbers of this one, exactly."""
+        return FloatFormat(self.exp_bits + 2, 2 * self.man_bits + 1)
+
+    @property
+    def difference(self) -> "FloatFormat":
+        """The format of the difference of two products: zero only if they are equal.
+
+        Raises
+        ------
+        ValueError
+            There are more mantissa bits than the exponents of a difference reach down.
+        """
+        if self.man_bits > self.bias + 2:
+            raise ValueError(f"format {self}: a difference of products may be below all numbers")
+        return FloatFormat(self.exp_bits + 2, self.man_bits)
 
     @property
     def layout(self) -> data.StructLayout:

@@ -50,3 +50,48 @@ class Port(wiring.Signature):
     def create(self, *, path=None, src_loc_at=0) -> PortInterface:
         """Interface with the members of a Port."""
         return PortInterface(self, path=path, src_loc_at=1 + src_loc_at)
+
+
+class ReadsInterface(wiring.PureInterface):
+    """Members of Reads, for the type checker."""
+
+    request: stream.Interface
+    response: stream.Interface
+
+
+class Reads(wiring.Signature):
+    """Reads whose words come back in any order, each with the tag that it was asked with.
+
+    As the side sees it that asks. One request and one response a cycle. A tag may be asked with
+    again before it has come back; which word is which is then for the asker to know.
+
+    Parameters
+    ----------
+    config : Config
+    tags : int
+        Number of tags, at least 1.
+
+    Members
+    -------
+    request : Out(stream of {tag, address: in words})
+    response : In(stream of {tag, word})
+    """
+
+    def __init__(self, config: Config, tags: int):
+        self.tag = range(tags)
+        super().__init__({
+            "request": Out(
+                stream.Signature(
+                    data.StructLayout({"tag": range(tags), "address": config.address_bits})
+                )
+            ),
+            "response": In(
+                stream.Signature(
+                    data.StructLayout({"tag": range(tags), "word": word_bits(config.fmt)})
+                )
+            ),
+        })
+
+    def create(self, *, path=None, src_loc_at=0) -> ReadsInterface:
+        """Interface with the members of Reads."""
+        return ReadsInterface(self, path=path, src_loc_at=1 + src_loc_at)

