@@ -22,7 +22,7 @@ MESH_SUFFIXES = frozenset(f".{name}" for name in mesh_formats()) - {
 def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) float64 and faces (T, 3) int32 of a file; polygons become triangles.
 
-    Vertices are as they stand in the file: neither merged nor removed.
+    Vertices keep the file's order and are not merged; trimesh drops those of an OBJ without a face.
     """
     with reading(path):
         loaded = trimesh.load_scene(str(path), process=False, skip_materials=True)

@@ -49,7 +49,7 @@ def numbered_files(spec: str) -> list[Path]:
             f"{spec}: holds more than one sequence ({', '.join(patterns)}); "
             f"choose one with a quoted pattern such as '{patterns[0].replace('#', '*')}'"
         )
-    return sorted(paths, key=lambda path: [int(n) for n in re.findall(r"\d+", path.name)])
+    return sorted(paths, key=lambda path: ([int(n) for n in re.findall(r"\d+", str(path))], path))
 
 
 def topology_difference(

@@ -38,7 +38,7 @@ def parse_size(spec: str, size: str) -> int:
     match = re.fullmatch(r"(\d+(?:\.\d+)?)([kKmM]?)", size)
     if not match:
         raise InputError(f"{spec}: '{size}' is no size; write triangles as in walker:80000 or :80k")
-    triangles = round(float(match[1]) * {"": 1, "k": 1e3, "m": 1e6}[match[2].lower()])
+    triangles = float(match[1]) * {"": 1, "k": 1e3, "m": 1e6}[match[2].lower()]
     if triangles > LARGEST:
-        raise InputError(f"{spec}: {triangles} triangles are too many; {LARGEST} is the most")
-    return triangles
+        raise InputError(f"{spec}: {triangles:.10g} triangles are too many; {LARGEST} is the most")
+    return round(triangles)

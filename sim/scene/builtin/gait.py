@@ -1,5 +1,7 @@
 """The motion of the walker's bones over one cycle of two steps."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sim.scene.builtin.body import BONES, PIVOTS, SIDES
@@ -15,7 +17,7 @@ LOWERED = np.deg2rad(21)  # arms, from the rest pose
 SOLES = np.array([(0.095, 0, -0.06), (0.095, 0, 0.11), (0.095, 0, 0.205)])  # heel, ball, tip
 
 
-def periodic(samples: list[float], phase: float) -> float:
+def periodic(samples: Sequence[float], phase: float) -> float:
     """The smooth periodic curve through evenly spaced samples, in radians, at phase 0..1."""
     spectrum = np.fft.rfft(np.deg2rad(samples)) / len(samples)
     turns = np.exp(2j * np.pi * phase * np.arange(len(spectrum)))

@@ -82,9 +82,7 @@ def ball(triangles: int, centre, radius: float) -> Mesh:
 def legs(triangles: int) -> Mesh:
     """The four legs of the table."""
     places = [(x, z) for x in (1.0, 2.9) for z in (1.0, 1.9)]
-    return joined(
-        *(block(triangles // 4, (x, 0, z), (x + 0.1, 0.7, z + 0.1)) for x, z in places)
-    )
+    return joined(*(block(triangles // 4, (x, 0, z), (x + 0.1, 0.7, z + 0.1)) for x, z in places))
 
 
 def blades(triangles: int) -> Mesh:

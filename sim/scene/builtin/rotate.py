@@ -3,7 +3,7 @@
 import numpy as np
 
 
-def rotations(axes: np.ndarray, angles: np.ndarray) -> np.ndarray:
+def rotations(axes: np.ndarray, angles: np.ndarray | float) -> np.ndarray:
     """Matrices (..., 3, 3) that turn by `angles` (...) radians about unit `axes` (..., 3).
 
     Rodrigues' formula; counterclockwise as seen from the axis' tip.

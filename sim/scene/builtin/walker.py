@@ -18,8 +18,9 @@ def walker(spec: str, triangles: int, frames: int) -> Scene:
     One period is two steps.
     """
     base = body()
+    single = [np.ones(n, np.int64) for n in base.lattice.max(axis=0)]
+    check_size(spec, triangles, count_triangles(base, single))
     counts = slab_counts(base, triangles)
-    check_size(spec, triangles, count_triangles(base, [np.ones_like(c) for c in counts]))
     places, faces = refine(base, counts)
 
     levels = [base]

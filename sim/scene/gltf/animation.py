@@ -40,7 +40,7 @@ class Channel:
         span = self.times[key + 1] - self.times[key]
         s = (time - self.times[key]) / span
         if self.interpolation == "STEP":
-            return values[key]
+            return self._unit(values[key])
         if self.interpolation == "CUBICSPLINE":
             leaving, arriving = self.values[key, 2], self.values[key + 1, 0]
             return self._unit(
@@ -77,10 +77,10 @@ def channels(document: Document, animation: str | None) -> list[Channel]:
     InputError
         There is no such animation; names those that exist.
     """
-    animations = document.gltf.animations or []
+    animations = document.gltf["animations"]
     if not animations and animation is None:
         return []
-    names = [entry.name or "" for entry in animations]
+    names = [entry.get("name", "") for entry in animations]
     if animation is None:
         chosen = animations[0]
     elif animation in names:
@@ -91,15 +91,13 @@ def channels(document: Document, animation: str | None) -> list[Channel]:
         known = ", ".join(f"{k} {name!r}" for k, name in enumerate(names)) or "none"
         raise InputError(f"{document.path}: no animation {animation!r}; it has: {known}")
     found = []
-    for channel in chosen.channels:
-        if channel.target.node is None:
+    for channel in chosen["channels"]:
+        target, sampler = channel["target"], chosen["samplers"][channel["sampler"]]
+        if "node" not in target:
             continue
-        sampler = chosen.samplers[channel.sampler]
-        interpolation = sampler.interpolation or "LINEAR"
-        times = document.array(sampler.input)[:, 0]
+        interpolation = sampler.get("interpolation", "LINEAR")
+        times = document.array(sampler["input"])[:, 0]
         shape = (len(times), 3, -1) if interpolation == "CUBICSPLINE" else (len(times), -1)
-        values = document.array(sampler.output).reshape(shape)
-        found.append(
-            Channel(channel.target.node, channel.target.path, interpolation, times, values)
-        )
+        values = document.array(sampler["output"]).reshape(shape)
+        found.append(Channel(target["node"], target["path"], interpolation, times, values))
     return found

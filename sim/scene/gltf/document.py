@@ -1,11 +1,12 @@
 """A glTF file and the arrays in it."""
 
 import base64
+import json
+import struct
 from pathlib import Path
 from urllib.parse import unquote
 
 import numpy as np
-import pygltflib
 
 from sim.errors import InputError
 
@@ -17,6 +18,8 @@ COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 class Document:
     """A file, its JSON as `gltf` and its accessors as arrays.
 
+    Lists that every file may leave out (nodes, meshes, skins, animations) are there, if empty.
+
     Raises
     ------
     InputError
@@ -25,60 +28,67 @@ class Document:
 
     def __init__(self, path: Path):
         self.path = path
-        loaded = pygltflib.GLTF2().load(str(path))
-        if loaded is None:
-            raise ValueError("no glTF document")
-        self.gltf: pygltflib.GLTF2 = loaded
-        for extension in self.gltf.extensionsRequired or []:
+        self.gltf: dict = {"nodes": [], "meshes": [], "skins": [], "animations": []}
+        text, self._binary = split_chunks(path.read_bytes())
+        self.gltf |= json.loads(text)
+        for extension in self.gltf.get("extensionsRequired", []):
             if extension in COMPRESSED:
                 raise InputError(f"{path}: is compressed ({extension}); save it uncompressed")
-        self._buffers = [self._buffer(buffer) for buffer in self.gltf.buffers]
+        self._buffers = [self._buffer(buffer) for buffer in self.gltf.get("buffers", [])]
 
-    def _buffer(self, buffer) -> bytes:
-        if buffer.uri is None:
-            return bytes(self.gltf.binary_blob() or b"")
-        if buffer.uri.startswith("data:"):
-            return base64.b64decode(buffer.uri.partition(",")[2])
-        return (self.path.parent / unquote(buffer.uri)).read_bytes()
+    def _buffer(self, buffer: dict) -> bytes:
+        uri = buffer.get("uri")
+        if uri is None:
+            data = self._binary
+        elif uri.startswith("data:"):
+            data = base64.b64decode(uri.partition(",")[2])
+        else:
+            data = (self.path.parent / unquote(uri)).read_bytes()
+        if len(data) < buffer["byteLength"]:
+            raise ValueError(f"a buffer has {len(data)} bytes instead of {buffer['byteLength']}")
+        return data
 
     def array(self, index: int) -> np.ndarray:
         """An accessor (count, width): float64, or int64 where it holds integers that count."""
-        accessor = self.gltf.accessors[index]
-        width = WIDTHS[accessor.type]
-        kind = np.dtype(COMPONENTS[accessor.componentType])
-        values = np.zeros((accessor.count, width), kind)
-        if accessor.bufferView is not None:
-            values = self._elements(
-                accessor.bufferView, accessor.byteOffset, kind, accessor.count, width
-            )
-        if accessor.sparse is not None:
-            sparse = accessor.sparse
-            places = self._elements(
-                sparse.indices.bufferView,
-                sparse.indices.byteOffset,
-                np.dtype(COMPONENTS[sparse.indices.componentType]),
-                sparse.count,
-                1,
-            )
-            values[places[:, 0]] = self._elements(
-                sparse.values.bufferView, sparse.values.byteOffset, kind, sparse.count, width
-            )
+        accessor = self.gltf["accessors"][index]
+        count, width = accessor["count"], WIDTHS[accessor["type"]]
+        kind = np.dtype(COMPONENTS[accessor["componentType"]])
+        values = np.zeros((count, width), kind)
+        if "bufferView" in accessor:
+            values = self._elements(accessor, kind, count, width)
+        if "sparse" in accessor:
+            sparse = accessor["sparse"]
+            places = np.dtype(COMPONENTS[sparse["indices"]["componentType"]])
+            rows = self._elements(sparse["indices"], places, sparse["count"], 1)[:, 0]
+            values[rows] = self._elements(sparse["values"], kind, sparse["count"], width)
         if kind.kind == "f":
             return values.astype(np.float64)
-        if accessor.normalized:
+        if accessor.get("normalized"):
             return np.maximum(values / np.iinfo(kind).max, -1.0)
         return values.astype(np.int64)
 
-    def _elements(self, view: int, offset: int | None, kind, count: int, width: int) -> np.ndarray:
+    def _elements(self, source: dict, kind: np.dtype, count: int, width: int) -> np.ndarray:
         """A copy of `count` rows of `width` components from a buffer view."""
-        place = self.gltf.bufferViews[view]
-        begin = (place.byteOffset or 0) + (offset or 0)
-        stride = place.byteStride or width * kind.itemsize
-        rows = np.ndarray(
-            (count, width),
-            kind,
-            self._buffers[place.buffer],
-            begin,
-            (stride, kind.itemsize),
-        )
+        view = self.gltf["bufferViews"][source["bufferView"]]
+        begin = view.get("byteOffset", 0) + source.get("byteOffset", 0)
+        strides = (view.get("byteStride", width * kind.itemsize), kind.itemsize)
+        rows = np.ndarray((count, width), kind, self._buffers[view["buffer"]], begin, strides)
         return rows.copy()
+
+
+def split_chunks(data: bytes) -> tuple[bytes, bytes]:
+    """The JSON and the binary chunk of a .glb; all of a .gltf is JSON."""
+    if not data.startswith(b"glTF"):
+        return data, b""
+    _, version, length = struct.unpack_from("<4sII", data)
+    if version != 2:
+        raise ValueError(f"version {version} of glTF; only 2 is read")
+    if len(data) < length:
+        raise ValueError(f"{len(data)} bytes of {length}")
+    chunks: dict[bytes, bytes] = {}
+    place = 12
+    while place < length:
+        size, kind = struct.unpack_from("<I4s", data, place)
+        chunks.setdefault(kind, data[place + 8 : place + 8 + size])
+        place += 8 + size
+    return chunks[b"JSON"], chunks.get(b"BIN\0", b"")

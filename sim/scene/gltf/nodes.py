@@ -1,45 +1,48 @@
 """The node hierarchy of a glTF file: where each node is."""
 
 import numpy as np
-import pygltflib
 
 REST = {"translation": (0, 0, 0), "rotation": (0, 0, 0, 1), "scale": (1, 1, 1)}
 
 
-def placed_nodes(gltf: pygltflib.GLTF2) -> list[tuple[int, int]]:
+def placed_nodes(gltf: dict) -> list[tuple[int, int]]:
     """(node, parent) of every node of the file, parents first; the parent of a root is -1."""
-    children = {child for node in gltf.nodes for child in node.children or []}
-    waiting = [(node, -1) for node in range(len(gltf.nodes)) if node not in children]
+    nodes = gltf["nodes"]
+    children = [child for node in nodes for child in node.get("children", [])]
+    waiting = [(node, -1) for node in sorted({*range(len(nodes))} - {*children})]
     placed = []
-    while waiting:
-        node, parent = waiting.pop()
-        placed.append((node, parent))
-        waiting += [(child, node) for child in gltf.nodes[node].children or []]
-    if len(placed) != len(gltf.nodes):
+    if len(set(children)) == len(children):  # else the walk may have no end
+        while waiting:
+            node, parent = waiting.pop()
+            placed.append((node, parent))
+            waiting += [(child, node) for child in nodes[node].get("children", [])]
+    if len(placed) != len(nodes):
         raise ValueError("a node is its own ancestor, or has two parents")
     return placed
 
 
-def shown_nodes(gltf: pygltflib.GLTF2) -> list[int]:
-    """The nodes of the default scene, ascending; of the first one, or all, where there is none."""
-    if not gltf.scenes:
-        return list(range(len(gltf.nodes)))
-    waiting = list(gltf.scenes[gltf.scene or 0].nodes or [])
+def shown_nodes(gltf: dict) -> list[int]:
+    """The nodes of the default scene, ascending; of the first one, or all, where there is none.
+
+    The nodes must be trees, as `placed_nodes` checks.
+    """
+    if not gltf.get("scenes"):
+        return list(range(len(gltf["nodes"])))
+    waiting = list(gltf["scenes"][gltf.get("scene", 0)].get("nodes", []))
     shown = set()
     while waiting:
         node = waiting.pop()
         shown.add(node)
-        waiting += gltf.nodes[node].children or []
+        waiting += gltf["nodes"][node].get("children", [])
     return sorted(shown)
 
 
-def local_matrix(node: pygltflib.Node, moved: dict[str, np.ndarray]) -> np.ndarray:
+def local_matrix(node: dict, moved: dict[str, np.ndarray]) -> np.ndarray:
     """Matrix (4, 4) of a node in its parent, acting on columns; `moved` are animated properties."""
-    if node.matrix is not None and not moved:
-        return np.array(node.matrix, np.float64).reshape(4, 4).T
+    if "matrix" in node and not moved:
+        return np.array(node["matrix"], np.float64).reshape(4, 4).T
     translation, rotation, scale = (
-        np.array(moved.get(name, getattr(node, name) or rest), np.float64)
-        for name, rest in REST.items()
+        np.array(moved.get(name, node.get(name, rest)), np.float64) for name, rest in REST.items()
     )
     x, y, z, w = rotation
     turn = np.array([

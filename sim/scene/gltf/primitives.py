@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pygltflib
 
 from sim.scene.check import checked_faces
 from sim.scene.gltf.document import Document
@@ -39,27 +38,29 @@ class Primitive:
 
 def primitives(document: Document, node: int) -> list[Primitive]:
     """All triangles of a node's mesh; points and lines are left out."""
-    place = document.gltf.nodes[node]
-    if place.mesh is None:
+    place = document.gltf["nodes"][node]
+    if "mesh" not in place:
         return []
     found = []
-    for part in document.gltf.meshes[place.mesh].primitives:
-        mode = TRIANGLES if part.mode is None else part.mode
-        if mode not in (TRIANGLES, STRIP, FAN) or part.attributes.POSITION is None:
+    for part in document.gltf["meshes"][place["mesh"]]["primitives"]:
+        mode, attributes = part.get("mode", TRIANGLES), part["attributes"]
+        if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             continue
-        positions = document.array(part.attributes.POSITION).astype(np.float64)
+        positions = document.array(attributes["POSITION"]).astype(np.float64)
         indices = np.arange(len(positions))
-        if part.indices is not None:
-            indices = document.array(part.indices)[:, 0]
+        if "indices" in part:
+            indices = document.array(part["indices"])[:, 0]
         faces = _triangles(indices, mode)
         if not len(faces):
             continue
-        targets = [_displacement(document, target, len(positions)) for target in part.targets or []]
-        joints, weights = _influences(document, part.attributes, len(positions))
+        targets = [
+            _displacement(document, target, len(positions)) for target in part.get("targets", [])
+        ]
+        joints, weights = _influences(document, attributes, len(positions))
         found.append(
             Primitive(
                 node,
-                place.skin,
+                place.get("skin"),
                 positions,
                 checked_faces(document.path, faces, len(positions)),
                 np.reshape(targets, (len(targets), len(positions), 3)),
@@ -81,21 +82,20 @@ def _triangles(indices: np.ndarray, mode: int) -> np.ndarray:
     return indices[np.stack([first, first + 1 + odd, first + 2 - odd], axis=1)]
 
 
-def _displacement(document: Document, target, vertices: int) -> np.ndarray:
-    position = target.get("POSITION") if isinstance(target, dict) else target.POSITION
-    if position is None:
+def _displacement(document: Document, target: dict, vertices: int) -> np.ndarray:
+    if "POSITION" not in target:
         return np.zeros((vertices, 3))
-    return document.array(position).astype(np.float64)
+    return document.array(target["POSITION"]).astype(np.float64)
 
 
 def _influences(
-    document: Document, attributes: pygltflib.Attributes, vertices: int
+    document: Document, attributes: dict[str, int], vertices: int
 ) -> tuple[np.ndarray, np.ndarray]:
     joints, weights = [np.zeros((vertices, 0), np.int64)], [np.zeros((vertices, 0))]
     number = 0
-    while getattr(attributes, f"JOINTS_{number}", None) is not None:
-        joints.append(document.array(getattr(attributes, f"JOINTS_{number}")))
-        weights.append(document.array(getattr(attributes, f"WEIGHTS_{number}")))
+    while f"JOINTS_{number}" in attributes:
+        joints.append(document.array(attributes[f"JOINTS_{number}"]))
+        weights.append(document.array(attributes[f"WEIGHTS_{number}"]))
         number += 1
     joint, weight = np.concatenate(joints, axis=1), np.concatenate(weights, axis=1)
     if number:
