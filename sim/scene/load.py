@@ -19,7 +19,7 @@ def load_scene(
     *,
     fps: float | None = None,
     animation: str | None = None,
-    frames: int | None = None,
+    period: int | None = None,
 ) -> Scene:
     """Load the scene that `spec` names.
 
@@ -34,7 +34,7 @@ def load_scene(
         glTF only: frames a second at which the animation is sampled, 24 if not given.
     animation : str
         glTF only: name or number of the animation, the first if not given.
-    frames : int
+    period : int
         Built-in figures only: frames in one period of the motion, 24 if not given.
 
     Raises
@@ -47,14 +47,14 @@ def load_scene(
     suffix = path.suffix.lower()
     figure = spec.partition(":")[0] in FIGURES
     gltf = not figure and suffix in GLTF_SUFFIXES
-    if frames is not None and not figure:
-        raise InputError(f"{spec}: frames is for built-in figures; files have their own")
+    if period is not None and not figure:
+        raise InputError(f"{spec}: period is for built-in figures; files have their own")
     for option, value in (("fps", fps), ("animation", animation)):
         if value is not None and not gltf:
             raise InputError(f"{spec}: {option} is for glTF files (.gltf, .glb); leave it out")
 
     if figure:
-        return build_figure(spec, 24 if frames is None else frames)
+        return build_figure(spec, 24 if period is None else period)
     if is_sequence(spec):
         return merge_vertices(load_sequence(spec))
     if not path.is_file():

@@ -29,7 +29,7 @@ def build_figure(spec: str, frames: int) -> Scene:
     name, colon, size = spec.partition(":")
     triangles = parse_size(spec, size) if colon else DEFAULT_TRIANGLES
     if frames < 1:
-        raise InputError(f"{spec}: frames is {frames}; at least 1 is needed")
+        raise InputError(f"{spec}: a period of {frames} frames; at least 1 is needed")
     return FIGURES[name](spec, triangles, frames)
 
 

@@ -52,8 +52,8 @@ def motion(phase: float) -> np.ndarray:
             f"shin {side}": turn(0, periodic(KNEE, own)),
             f"foot {side}": turn(1, side * 0.10) @ turn(0, -periodic(FOOT, own)),
             f"toes {side}": turn(0, -periodic(TOES, own)),
-            f"upper arm {side}": turn(0, -0.42 * arm + 0.06) @ turn(2, -side * LOWERED),
-            f"forearm {side}": turn(0, -0.42 - 0.24 * arm),
+            f"upper arm {side}": turn(0, -0.38 * arm + 0.08) @ turn(2, -side * LOWERED),
+            f"forearm {side}": turn(0, -0.34 - 0.18 * arm),
             f"hand {side}": turn(0, -0.10),
         }
         for limb, root in (

@@ -83,7 +83,7 @@ def slab_counts(base: Surface, triangles: int) -> list[np.ndarray]:
 
     def fit(cell: float | None) -> float:
         low, high = 1e-5, 1e2
-        for _ in range(60):
+        for _ in range(40):  # to 1e-5 of the cell
             middle = (low * high) ** 0.5
             if count_triangles(base, counts(cell or middle, middle)) > triangles:
                 low = middle
@@ -104,6 +104,6 @@ def slab_counts(base: Surface, triangles: int) -> list[np.ndarray]:
             count_triangles(base, best) - triangles
         ):
             best = trial
-        if abs(count_triangles(base, best) - triangles) <= 0.02 * triangles:
+        if abs(count_triangles(base, best) - triangles) <= 0.01 * triangles:
             break
     return best

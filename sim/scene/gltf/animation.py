@@ -97,6 +97,10 @@ def channels(document: Document, animation: str | None) -> list[Channel]:
             continue
         interpolation = sampler.get("interpolation", "LINEAR")
         times = document.array(sampler["input"])[:, 0]
+        if len(times) == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+            raise InputError(
+                f"{document.path}: keyframes of its animation are not in order of time"
+            )
         shape = (len(times), 3, -1) if interpolation == "CUBICSPLINE" else (len(times), -1)
         values = document.array(sampler["output"]).reshape(shape)
         found.append(Channel(target["node"], target["path"], interpolation, times, values))

@@ -12,7 +12,14 @@ from sim.errors import InputError
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+# Extensions that change where triangles are and that are not read. What else a file may require
+# is about materials, light or cameras, or is KHR_mesh_quantization, which is read.
+UNREAD = (
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
+)
 
 
 class Document:
@@ -23,18 +30,29 @@ class Document:
     Raises
     ------
     InputError
-        The file's arrays are compressed.
+        The file's arrays are compressed, or a file beside it is missing.
     """
 
     def __init__(self, path: Path):
         self.path = path
         self.gltf: dict = {"nodes": [], "meshes": [], "skins": [], "animations": []}
         text, self._binary = split_chunks(path.read_bytes())
-        self.gltf |= json.loads(text)
+        self.gltf.update(json.loads(text))
+        if "asset" not in self.gltf:
+            raise InputError(f"{path}: is JSON but no glTF; it has no asset")
         for extension in self.gltf.get("extensionsRequired", []):
-            if extension in COMPRESSED:
-                raise InputError(f"{path}: is compressed ({extension}); save it uncompressed")
+            self.refuse(extension)
+        for view in self.gltf.get("bufferViews", []):
+            for extension in view.get("extensions", []):
+                self.refuse(extension)
         self._buffers = [self._buffer(buffer) for buffer in self.gltf.get("buffers", [])]
+
+    def refuse(self, extension: str) -> None:
+        """Raise the error for an extension that triangles are stored with."""
+        if extension in UNREAD:
+            raise InputError(
+                f"{self.path}: is stored with {extension}; save it uncompressed, without that"
+            )
 
     def _buffer(self, buffer: dict) -> bytes:
         uri = buffer.get("uri")
@@ -43,7 +61,10 @@ class Document:
         elif uri.startswith("data:"):
             data = base64.b64decode(uri.partition(",")[2])
         else:
-            data = (self.path.parent / unquote(uri)).read_bytes()
+            beside = self.path.parent / unquote(uri)
+            if not beside.is_file():
+                raise InputError(f"{self.path}: needs the file {beside}, which is missing")
+            data = beside.read_bytes()
         if len(data) < buffer["byteLength"]:
             raise ValueError(f"a buffer has {len(data)} bytes instead of {buffer['byteLength']}")
         return data

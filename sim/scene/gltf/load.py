@@ -45,7 +45,7 @@ def load_gltf(path: Path, fps: float, animation: str | None) -> Scene:
         poser = _Poser(document, moves, parts, placed)
         poser.pose(0.0)  # fails here, if at all
         duration = max((float(channel.times[-1]) for channel in moves), default=0.0)
-        frames = int(duration * fps + 1e-6) + 1
+        frames = int(duration * fps * (1 + 1e-6) + 1e-6) + 1  # times are float32
         if frames > MOST_FRAMES:
             raise InputError(
                 f"{path}: {duration:g} seconds at {fps:g} frames a second are {frames:g} frames; "
@@ -84,6 +84,10 @@ class _Poser:
 
     def pose(self, time: float) -> np.ndarray:
         """Vertices (V, 3) of all parts."""
+        with np.errstate(all="ignore"):  # what a damaged file makes NaN is reported by vertex
+            return self._pose(time)
+
+    def _pose(self, time: float) -> np.ndarray:
         moved: dict[int, dict[str, np.ndarray]] = defaultdict(dict)
         for channel in self.moves:
             moved[channel.node][channel.path] = channel.at(time)

@@ -44,7 +44,7 @@ def local_matrix(node: dict, moved: dict[str, np.ndarray]) -> np.ndarray:
     translation, rotation, scale = (
         np.array(moved.get(name, node.get(name, rest)), np.float64) for name, rest in REST.items()
     )
-    x, y, z, w = rotation
+    x, y, z, w = rotation / np.linalg.norm(rotation)
     turn = np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],

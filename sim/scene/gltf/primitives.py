@@ -46,6 +46,10 @@ def primitives(document: Document, node: int) -> list[Primitive]:
         mode, attributes = part.get("mode", TRIANGLES), part["attributes"]
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             continue
+        accessor = document.gltf["accessors"][attributes["POSITION"]]
+        if "bufferView" not in accessor:  # an extension may hold the positions
+            for extension in part.get("extensions", []):
+                document.refuse(extension)
         positions = document.array(attributes["POSITION"]).astype(np.float64)
         indices = np.arange(len(positions))
         if "indices" in part:

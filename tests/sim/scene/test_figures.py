@@ -11,7 +11,7 @@ SMALLEST = {"burst": 6, "room": 300, "walker": 428, "waves": 2}
 
 
 def size(spec: str) -> int:
-    return len(load_scene(spec, frames=1).faces)
+    return len(load_scene(spec, period=1).faces)
 
 
 @pytest.mark.parametrize("name", SMALLEST)
@@ -47,7 +47,7 @@ def test_a_scene_is_a_function_of_name_size_and_frame(name):
         np.testing.assert_array_equal(a.pose(frame), b.pose(frame))
     np.testing.assert_array_equal(a.pose(23), late)
     # with twice the frames every second one is the same
-    np.testing.assert_allclose(load_scene(f"{name}:2k", frames=48).pose(14), a.pose(7), atol=1e-12)
+    np.testing.assert_allclose(load_scene(f"{name}:2k", period=48).pose(14), a.pose(7), atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -71,8 +71,8 @@ def test_bad_sizes(spec, words):
 @pytest.mark.parametrize("name", SMALLEST)
 @pytest.mark.parametrize("frames", [0, -3])
 def test_bad_frames(name, frames):
-    with pytest.raises(InputError, match=f"^{name}: frames is {frames}; at least 1 is needed$"):
-        load_scene(name, frames=frames)
+    with pytest.raises(InputError, match=f"^{name}: a period of {frames} frames; at least"):
+        load_scene(name, period=frames)
 
 
 def test_sizes_with_units():

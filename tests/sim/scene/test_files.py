@@ -164,8 +164,8 @@ def test_options_of_other_scenes_are_refused(tmp_path):
             with pytest.raises(InputError, match=f"{option} is for glTF files"):
                 load_scene(str(tmp_path / name), **{option: value})
     for name in ("c.npz", "a1.obj", ".", "g.glb"):
-        with pytest.raises(InputError, match="frames is for built-in figures"):
-            load_scene(str(tmp_path / name), frames=24)
+        with pytest.raises(InputError, match="period is for built-in figures"):
+            load_scene(str(tmp_path / name), period=24)
     for option, value in (("fps", 24.0), ("animation", "walk")):
         with pytest.raises(InputError, match=f"walker: {option} is for glTF files"):
             load_scene("walker", **{option: value})

@@ -154,3 +154,31 @@ def test_garbage_that_calls_itself_glb(tmp_path):
     (tmp_path / "b.glb").write_bytes(struct.pack("<4sII", b"glTF", 2, 12))
     for name in ("a.glb", "b.glb"):
         refusal(tmp_path / name)
+
+
+def test_a_compressed_buffer_view(tmp_path):
+    file = whole()
+    file.json["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": {"buffer": 0}}
+    assert "EXT_meshopt_compression" in refusal(file.save(tmp_path))
+
+
+def test_positions_that_an_extension_holds(tmp_path):
+    file = whole()
+    primitive = file.json["meshes"][0]["primitives"][0]
+    del file.json["accessors"][primitive["attributes"]["POSITION"]]["bufferView"]
+    primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0}}
+    assert "KHR_draco_mesh_compression" in refusal(file.save(tmp_path))
+
+
+def test_json_that_is_no_gltf(tmp_path):
+    file = whole()
+    del file.json["asset"]
+    assert "no glTF" in refusal(file.save(tmp_path))
+
+
+@pytest.mark.parametrize("times", [[0, 2, 1], [0, 1, 1]])
+def test_keyframes_out_of_order(times, tmp_path):
+    file = File()
+    file.add("nodes", mesh=file.mesh())
+    file.animation(0, "translation", times, [(0, 0, 0)] * 3)
+    assert "order of time" in refusal(file.save(tmp_path))

@@ -183,3 +183,14 @@ def test_names_may_be_any_unicode(tmp_path):
     text = json.dumps(json.loads(file.text()), ensure_ascii=False)
     (tmp_path / "u.gltf").write_bytes(text.encode())
     np.testing.assert_array_equal(corners(load_scene(str(tmp_path / "u.gltf"))), [CORNERS])
+
+
+def test_a_rotation_of_any_length_is_a_rotation(tmp_path):
+    quarter = np.array([0, 0, 0.5**0.5, 0.5**0.5])
+    scenes = []
+    for length in (1, 3):
+        file = File()
+        scenes.append(one_node(file, file.mesh(), rotation=(length * quarter).tolist()))
+    one, three = (load_scene(str(file.save(tmp_path))).pose(0) for file in scenes)
+    np.testing.assert_allclose(one, three, atol=1e-12)
+    np.testing.assert_allclose(np.abs(one).max(), 2, atol=1e-12)

@@ -58,7 +58,7 @@ def test_no_triangle_vanishes_and_the_inside_is_inside(triangles):
 @pytest.fixture(scope="module")
 def walk():
     """Vertices (F, V, 3) of one period in 40 frames."""
-    scene = load_scene("walker:4000", frames=40)
+    scene = load_scene("walker:4000", period=40)
     return np.stack([scene.pose(frame) for frame in range(40)])
 
 
@@ -127,7 +127,7 @@ def test_knees_bend(walk):
 
 @pytest.mark.parametrize("frames", [1, 7, 24])
 def test_the_period_closes(frames):
-    scene = load_scene("walker:600", frames=frames)
+    scene = load_scene("walker:600", period=frames)
     assert scene.frames == frames
     np.testing.assert_allclose(scene.pose(frames), scene.pose(0), atol=1e-9)
 
