@@ -1,7 +1,7 @@
 """The update processor: runs an instruction stream, and writes the bounds of every node."""
 
 from amaranth import *
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl import records
@@ -12,6 +12,7 @@ from hdl.update.fetch import Fetch, program
 from hdl.update.issue import Issue, Stall
 from hdl.update.loader import Loader
 from hdl.update.merge import Merge2, Merge3
+from hdl.update.registers import RegisterFile
 from hdl.update.writer import Writer
 
 COUNTERS = data.StructLayout(
@@ -92,24 +93,26 @@ class UpdateProcessor(wiring.Component):
             wiring.connect(m, client, unit.port)
         wiring.connect(m, wiring.flipped(self.port), arbiter.port)
 
-        # Registers, with a copy for each operand of a merge.
         vertex, box = records.vertex(config.fmt), records.box(config.fmt)
-        vertices = self._registers(m, "vertex", vertex, config.vertex_registers, reads=3)
-        boxes = self._registers(m, "box", box, config.box_registers, reads=2)
-
+        m.submodules.vertices = vertices = RegisterFile(
+            vertex, depth=config.vertex_registers, reads=3
+        )
+        m.submodules.boxes = boxes = RegisterFile(box, depth=config.box_registers, reads=2)
         m.d.comb += [
-            *(writes.en.eq(loader.o.valid) for writes, _ in vertices),
-            *(writes.addr.eq(loader.o.p.v) for writes, _ in vertices),
-            *(writes.data.eq(loader.o.p.vertex) for writes, _ in vertices),
+            vertices.i.valid.eq(loader.o.valid),
+            vertices.i.p.index.eq(loader.o.p.v),
+            vertices.i.p.value.eq(loader.o.p.vertex),
             issue.loaded.valid.eq(loader.o.valid),
             issue.loaded.payload.eq(loader.o.p.v),
             issue.room.eq(writer.room),
         ]
         # issue: read the registers
-        for (_, reads), v in zip(vertices, ("v0", "v1", "v2"), strict=True):
-            m.d.comb += [reads.addr.eq(issue.o_merge3.p[v]), merge3.i.p[v].eq(reads.data)]
-        for (_, reads), b in zip(boxes, ("b0", "b1"), strict=True):
-            m.d.comb += [reads.addr.eq(issue.o_merge2.p[b]), merge2.i.p[b].eq(reads.data)]
+        for read, v in enumerate(("v0", "v1", "v2")):
+            m.d.comb += vertices.indices[read].eq(issue.o_merge3.p[v])
+            m.d.comb += merge3.i.p[v].eq(vertices.values[read])
+        for read, b in enumerate(("b0", "b1")):
+            m.d.comb += boxes.indices[read].eq(issue.o_merge2.p[b])
+            m.d.comb += merge2.i.p[b].eq(boxes.values[read])
         m.d.sync += [
             merge3.i.valid.eq(issue.o_merge3.valid),
             merge2.i.valid.eq(issue.o_merge2.valid),
@@ -126,13 +129,10 @@ class UpdateProcessor(wiring.Component):
             writer.i.p.node.eq(merge_node),
         ]
         # the cycle after: write
-        for writes, _ in boxes:
-            m.d.comb += [
-                writes.en.eq(merge3.o.valid | merge2.o.valid),
-                writes.addr.eq(write_b),
-                writes.data.eq(Mux(merge3.o.valid, merge3.o.payload, merge2.o.p.box)),
-            ]
         m.d.comb += [
+            boxes.i.valid.eq(merge3.o.valid | merge2.o.valid),
+            boxes.i.p.index.eq(write_b),
+            boxes.i.p.value.eq(Mux(merge3.o.valid, merge3.o.payload, merge2.o.p.box)),
             merge3.o.ready.eq(1),
             merge2.o.ready.eq(1),  # the writer has room, or it would not have been issued
             writer.i.valid.eq(merge2.o.valid),
@@ -161,15 +161,6 @@ class UpdateProcessor(wiring.Component):
                 m.d.sync += self.busy.eq(0)
             self._count(m, fetch, issue)
         return m
-
-    def _registers(self, m, name, shape, depth, *, reads):
-        """Write port and read port of each of `reads` copies."""
-        ports = []
-        for copy in range(reads):
-            registers = memory.Memory(shape=shape, depth=depth, init=[])
-            m.submodules[f"{name}_registers_{copy}"] = registers
-            ports.append((registers.write_port(), registers.read_port()))
-        return ports
 
     def _count(self, m, fetch, issue):
         def count(name):
