@@ -26,6 +26,8 @@ class Config:
         Packets of four rays in flight. 1 to 32.
     stack_depth : int
         Nodes that a packet can have waiting, so levels of the deepest tree less one. 1 to 64.
+    cache_words : int
+        Words of the cache of nodes, and of that of geometry. A power of two, 2 to 65536.
 
     Raises
     ------
@@ -40,6 +42,7 @@ class Config:
     address_bits: int = 28
     packets: int = 32
     stack_depth: int = 32
+    cache_words: int = 2048
 
     box_latency: ClassVar[int] = 3
     """Cycles from the issue of a merge to that of the first instruction that can read its box."""
@@ -55,6 +58,7 @@ class Config:
             ("address_bits", 4, 28),
             ("packets", 1, 32),
             ("stack_depth", 1, 64),
+            ("cache_words", 2, 1 << 16),
         ]:
             if not low <= getattr(self, name) <= high:
                 raise ValueError(f"{name} is {low} to {high}, not {getattr(self, name)}")
@@ -87,5 +91,6 @@ TINY = Config(
     address_bits=12,
     packets=3,
     stack_depth=4,
+    cache_words=16,
 )
 """Small enough to meet every corner in a test."""

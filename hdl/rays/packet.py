@@ -26,6 +26,11 @@ def ray(fmt: FloatFormat) -> data.StructLayout:
     })
 
 
+def ray_word(fmt: FloatFormat) -> data.StructLayout:
+    """Half a ray in memory, a word in its lowest bits: origin and t_min, direction and t_max."""
+    return data.StructLayout({"point": records.vertex(fmt), "t": fmt.layout})
+
+
 def slab_ray(fmt: FloatFormat) -> data.StructLayout:
     """A ray on one axis, as planes meet it.
 

@@ -1,31 +1,44 @@
-"""The design under test of an update: the processor and a memory model, in one Verilog."""
+"""The design under test: a unit that runs jobs and a memory model, in one Verilog."""
 
 from pathlib import Path
+from typing import Protocol
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
+from hdl.memory.port import PortInterface
 from hdl.records import word_bits
-from hdl.update.processor import COUNTERS, UpdateProcessor, job
 
 MEMORY_MODEL = Path(__file__).parent / "memory_model.v"
 
 
-class UpdateBench(wiring.Component):
-    """The update processor on a memory model, so that no one wakes Python in the middle of a run.
+class Unit(Protocol):
+    """A component that takes jobs, is busy, counts, and reaches memory by a port."""
+
+    config: Config
+    i: stream.Interface
+    busy: Signal
+    counters: data.View
+    port: PortInterface
+
+    def elaborate(self, platform) -> Module: ...
+
+
+class Bench(wiring.Component):
+    """A unit on a memory model, so that no one wakes Python in the middle of a run.
 
     Parameters
     ----------
-    config : Config
+    unit : Unit
     words : int
         Size of the memory in words.
 
     Members
     -------
     i, busy, counters :
-        As in UpdateProcessor.
+        As in the unit.
     latency, stall, seed, load, dump, first, last, outside :
         As in memory_model.v.
     """
@@ -35,15 +48,17 @@ class UpdateBench(wiring.Component):
     counters: data.View
     outside: Signal
 
-    def __init__(self, config: Config, words: int):
+    def __init__(self, unit: Unit, words: int):
+        config = unit.config
         if not 1 <= words <= 1 << config.address_bits:
             raise ValueError(f"{words} words do not fit {config.address_bits} address bits")
+        self.unit = unit
         self.config = config
         self.words = words
         super().__init__({
-            "i": In(stream.Signature(job(config))),
+            "i": In(stream.Signature(unit.i.payload.shape())),
             "busy": Out(1),
-            "counters": Out(COUNTERS),
+            "counters": Out(unit.counters.shape()),
             "latency": In(10),
             "stall": In(16),
             "seed": In(32),
@@ -56,10 +71,10 @@ class UpdateBench(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.processor = processor = UpdateProcessor(self.config)
-        wiring.connect(m, wiring.flipped(self.i), processor.i)
-        m.d.comb += [self.busy.eq(processor.busy), self.counters.eq(processor.counters)]
-        request, response = processor.port.request, processor.port.response
+        m.submodules.unit = unit = self.unit
+        wiring.connect(m, wiring.flipped(self.i), unit.i)
+        m.d.comb += [self.busy.eq(unit.busy), self.counters.eq(unit.counters)]
+        request, response = unit.port.request, unit.port.response
         m.submodules.memory = Instance(
             "memory_model",
             p_ADDRESS_BITS=self.config.address_bits,

@@ -4,6 +4,7 @@ import shutil
 import socket
 import tempfile
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -12,9 +13,9 @@ import numpy as np
 
 from hdl.config import Config
 from hdl.records import word_bits
-from hdl.update.processor import COUNTERS, job
+from hdl.update.processor import UpdateProcessor, job
 from sim.cosim import verilate
-from sim.cosim.bench import MEMORY_MODEL, UpdateBench
+from sim.cosim.bench import MEMORY_MODEL, Bench, Unit
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ class Machine:
     timing : Timing
     waves : Path, optional
         FST file for the waves of the whole run.
+    unit : class of Unit
+        What runs jobs.
 
     Raises
     ------
@@ -64,10 +67,18 @@ class Machine:
         The simulator does not build or start, or an update does not end.
     """
 
-    def __init__(self, config: Config, words: int, timing: Timing, waves: Path | None = None):
+    def __init__(
+        self,
+        config: Config,
+        words: int,
+        timing: Timing,
+        waves: Path | None = None,
+        unit: Callable[[Config], Unit] = UpdateProcessor,
+    ):
         size = 1 << -(-max(words.bit_length(), 12) // 4) * 4
-        bench = UpdateBench(config, min(size, 1 << config.address_bits))
+        bench = Bench(unit(config), min(size, 1 << config.address_bits))
         self.config = config
+        self._counters = bench.counters.shape()
         self.timing = timing
         self._waves = waves
         folder = verilate.build(bench, sources=[MEMORY_MODEL], waves=waves is not None)
@@ -174,5 +185,15 @@ class Machine:
             "vertices": vertices,
             "nodes": nodes,
         })
-        result = self._call("run", request.as_bits(), most_cycles)
-        return {name: getattr(COUNTERS.from_bits(result), name) for name, _ in COUNTERS}
+        return self.run(request.as_bits(), most_cycles)
+
+    def run(self, job: int, most_cycles: int) -> dict[str, int]:
+        """Run a job, as the bits of its layout. The unit's counters.
+
+        Raises
+        ------
+        SimulationError
+            It uses an address outside of the memory, or does not end within `most_cycles`.
+        """
+        counters = self._counters.from_bits(self._call("run", job, most_cycles))
+        return {name: getattr(counters, name) for name, _ in self._counters}

@@ -6,9 +6,9 @@ import cocotb
 from cocotb.triggers import RisingEdge
 
 from hdl.config import TINY
-from hdl.update.processor import COUNTERS, job
+from hdl.update.processor import COUNTERS, UpdateProcessor, job
 from sim.compiler.disassemble import assemble
-from sim.cosim.bench import MEMORY_MODEL, UpdateBench
+from sim.cosim.bench import MEMORY_MODEL, Bench
 from sim.cosim.server import load, reset
 from tests.harness import now, put, run_cocotb, start
 
@@ -89,5 +89,5 @@ async def a_job_waits_for_the_one_before(dut):
 
 
 def test_counters(tmp_path, seed):
-    bench = UpdateBench(TINY, WORDS)
+    bench = Bench(UpdateProcessor(TINY), WORDS)
     run_cocotb(bench, __name__, tmp_path, seed=seed, sources=[MEMORY_MODEL])

@@ -1,0 +1,104 @@
+"""The reciprocal of a float."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.fp.format import FloatFormat, Rounding
+from hdl.fp.round import Round
+
+STEPS = 2  # bits of the quotient a stage
+
+
+class Recip(wiring.Component):
+    """1 / a, rounded once. Takes `latency` cycles; one reciprocal a cycle.
+
+    Of zero it is the infinity of its sign, and the other way round. A division that restores
+    nothing, unrolled: each bit of the quotient is the sign of a remainder.
+
+    Parameters
+    ----------
+    fmt : FloatFormat
+    rounding : Rounding
+
+    Members
+    -------
+    i : In(stream of fmt)
+    o : Out(stream of fmt), in the order of the inputs
+
+    Attributes
+    ----------
+    latency : int
+        One for two bits of the significand and of the half after it, and one to round.
+    """
+
+    i: stream.Interface
+    o: stream.Interface
+
+    def __init__(self, fmt: FloatFormat, rounding: Rounding = Rounding.NEAREST):
+        self.fmt, self.rounding = fmt, rounding
+        self.latency = -(-(fmt.man_bits + 2) // STEPS) + 1
+        super().__init__({
+            "i": In(stream.Signature(fmt.layout)),
+            "o": Out(stream.Signature(fmt.layout)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        fmt, a = self.fmt, self.i.p
+        step = ~self.o.valid | self.o.ready
+        valid = Signal(self.latency - 1)
+        m.d.comb += self.i.ready.eq(step)
+        with m.If(step):
+            m.d.sync += Cat(valid, self.o.valid).eq(Cat(self.i.valid, valid))
+
+        # Without its highest bit, 1 / 2, the quotient leaves 2 - significand: not negative. To the
+        # end remainders are between minus and plus the significand.
+        man_bits = fmt.man_bits
+        one = ~a.man.any()
+        now = {
+            "sign": a.sign,
+            "infinite": ~a.exp.any(),
+            "zero": a.exp.all(),
+            "exp": (2 * fmt.bias - 1 + one - a.exp).as_signed(),
+            "one": one,
+            "man": a.man,
+            "remainder": ((1 << man_bits) - a.man)[: man_bits + 2],
+            "quotient": C(0, 0),
+        }
+        for bit in range(1, man_bits + 2):
+            if bit % STEPS == 0:
+                now = self._stage(m, step, now, bit // STEPS)
+            add = now["remainder"][-1]
+            twice = Cat(~add, now["remainder"])[: man_bits + 2]
+            significand = Cat(now["man"], 1, 0) ^ (~add).replicate(man_bits + 2)
+            remainder = Signal(man_bits + 2, name=f"remainder{bit}")
+            m.d.comb += remainder.eq(twice + significand)
+            now["remainder"] = remainder
+            now["quotient"] = Cat(~remainder[-1], now["quotient"])
+        now = self._stage(m, step, now, self.latency - 1)
+
+        exponents = range(-fmt.bias, 2 * fmt.bias + 1)
+        m.submodules.round = rounder = Round(fmt, self.rounding, exponents)
+        result = rounder.i
+        m.d.comb += [
+            *(result[name].eq(now[name]) for name in ("sign", "infinite", "zero", "exp")),
+            Cat(result.half, result.man).eq(
+                now["quotient"] & (~now["one"]).replicate(man_bits + 1)
+            ),
+            result.rest.eq(~now["one"]),
+        ]
+        with m.If(step):
+            m.d.sync += self.o.p.eq(rounder.o)
+        return m
+
+    def _stage(self, m: Module, step: Value, now: dict, number: int) -> dict:
+        """Registers of all that a stage knows."""
+        registers = {
+            name: Signal(Value.cast(value).shape(), name=f"s{number}_{name}", reset_less=True)
+            for name, value in now.items()
+        }
+        with m.If(step):
+            m.d.sync += [registers[name].eq(value) for name, value in now.items()]
+        return registers

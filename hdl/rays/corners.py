@@ -1,0 +1,148 @@
+"""Brings the corners of triangles from memory."""
+
+from amaranth import *
+from amaranth.lib import data, fifo, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl import records
+from hdl.config import Config
+from hdl.isa import NODE_BITS
+from hdl.rays.stack import packet_bits
+
+CORNERS = ("v0", "v1", "v2")
+RECORD = len(CORNERS)
+"""The part of the triangle's record; those below it are its corners."""
+
+
+def tag(config: Config) -> data.StructLayout:
+    """What a word is for: the triangle that a packet meets, and which part of it."""
+    return data.StructLayout({"packet": packet_bits(config), "part": range(RECORD + 1)})
+
+
+def read(config: Config) -> data.StructLayout:
+    """A word to read, from an address in words."""
+    return data.StructLayout({"tag": tag(config), "address": config.address_bits})
+
+
+def word(config: Config) -> data.StructLayout:
+    """A word that was read."""
+    return data.StructLayout({"tag": tag(config), "word": records.word_bits(config.fmt)})
+
+
+def corners(config: Config) -> data.StructLayout:
+    """The corners of a triangle."""
+    return data.StructLayout(dict.fromkeys(CORNERS, records.vertex(config.fmt)))
+
+
+class Corners(wiring.Component):
+    """Reads a triangle's record and then its vertices, for as many packets as there are.
+
+    A triangle takes four words; one word a cycle. A word asks for the next one 2 cycles later; a
+    packet is given the cycle after its last word. One packet has one triangle at most, until it
+    is given and, after that, its corners read.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    triangles, vertices : In(address), of the first of each; constant while packets are under way
+    i : In(stream of {packet, triangle})
+    o_reads : Out(stream of {tag, address})
+    i_words : In(stream of {tag, word}), in any order, taken at once
+    o : Out(stream of packets), as their corners are there
+    packet : In(packet)
+    corners : Out(corners), of the packet one cycle ago
+    """
+
+    triangles: Signal
+    vertices: Signal
+    i: stream.Interface
+    o_reads: stream.Interface
+    i_words: stream.Interface
+    o: stream.Interface
+    packet: Signal
+    corners: data.View
+
+    def __init__(self, config: Config):
+        self.config = config
+        packet = packet_bits(config)
+        self.test = data.StructLayout({"packet": packet, "triangle": NODE_BITS})
+        super().__init__({
+            "triangles": In(config.address_bits),
+            "vertices": In(config.address_bits),
+            "i": In(stream.Signature(self.test)),
+            "o_reads": Out(stream.Signature(read(config))),
+            "i_words": In(stream.Signature(word(config), always_ready=True)),
+            "o": Out(stream.Signature(packet)),
+            "packet": In(packet),
+            "corners": Out(corners(config)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        packets, word = self.config.packets, self.i_words.p
+        record = data.StructLayout({"packet": len(self.packet), "vertices": records.TRIANGLE})
+        # No queue is ever full: no packet is in it twice.
+        m.submodules.tests = tests = fifo.SyncFIFO(width=self.test.size, depth=packets)
+        m.submodules.found = found = fifo.SyncFIFO(width=record.size, depth=packets)
+        m.submodules.ready = ready = fifo.SyncFIFO(width=len(self.o.p), depth=packets)
+        m.d.comb += [
+            tests.w_en.eq(self.i.valid),
+            tests.w_data.eq(self.i.p),
+            self.i.ready.eq(tests.w_rdy),
+            found.w_en.eq(self.i_words.valid & (word.tag.part == RECORD)),
+            found.w_data.eq(Cat(word.tag.packet, word.word)),
+            ready.w_data.eq(word.tag.packet),
+            self.o.valid.eq(ready.r_rdy),
+            self.o.p.eq(ready.r_data),
+            ready.r_en.eq(self.o.ready),
+        ]
+
+        # What has begun goes first.
+        test, triangle = data.View(self.test, tests.r_data), data.View(record, found.r_data)
+        reads, part = self.o_reads, Signal(range(RECORD))
+        with m.If(~reads.valid | reads.ready):
+            m.d.sync += reads.valid.eq(tests.r_rdy | found.r_rdy)
+            with m.If(found.r_rdy):
+                last = part == RECORD - 1
+                vertex = Array(triangle.vertices[v] for v in CORNERS)[part]
+                m.d.comb += found.r_en.eq(last)
+                m.d.sync += [
+                    part.eq(Mux(last, 0, part + 1)),
+                    reads.p.tag.packet.eq(triangle.packet),
+                    reads.p.tag.part.eq(part),
+                    reads.p.address.eq(self.vertices + vertex),
+                ]
+            with m.Else():
+                m.d.comb += tests.r_en.eq(1)
+                m.d.sync += [
+                    reads.p.tag.packet.eq(test.packet),
+                    reads.p.tag.part.eq(RECORD),
+                    reads.p.address.eq(self.triangles + test.triangle),
+                ]
+
+        # Which of the corners are there.
+        there = Signal(data.ArrayLayout(RECORD, packets))
+        is_corner = self.i_words.valid & (word.tag.part != RECORD)
+        now = Signal(RECORD)
+        m.d.comb += [
+            now.eq(there[word.tag.packet] | (1 << word.tag.part)),
+            ready.w_en.eq(is_corner & now.all()),
+        ]
+        with m.If(is_corner):
+            m.d.sync += there[word.tag.packet].eq(Mux(now.all(), 0, now))
+        for index, corner in enumerate(CORNERS):
+            kept = memory.Memory(shape=records.vertex(self.config.fmt), depth=packets, init=[])
+            m.submodules[corner] = kept
+            write, of = kept.write_port(), kept.read_port()
+            m.d.comb += [
+                write.en.eq(self.i_words.valid & (word.tag.part == index)),
+                write.addr.eq(word.tag.packet),
+                write.data.eq(word.word),
+                of.addr.eq(self.packet),
+                self.corners[corner].eq(of.data),
+            ]
+        return m

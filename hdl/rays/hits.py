@@ -1,0 +1,159 @@
+"""The hit records of all packets."""
+
+from amaranth import *
+from amaranth.lib import data, fifo, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.fp.order import less
+from hdl.isa import NODE_BITS
+from hdl.rays.packet import NO_TRIANGLE, RAYS, hit
+from hdl.rays.stack import packet_bits, tested
+
+
+def numbered(config: Config, fields: dict) -> data.StructLayout:
+    """Something of one ray of a packet."""
+    return data.StructLayout({"packet": packet_bits(config), "number": range(RAYS), **fields})
+
+
+def found(config: Config) -> data.StructLayout:
+    """What a ray found at a triangle: whether it hits, and where.
+
+    first, last : of the rays of a packet that are tested; they follow each other
+    """
+    numbers = dict.fromkeys(("t_min", "t", "u", "v"), config.fmt.layout)
+    return numbered(config, {"first": 1, "last": 1, "triangle": NODE_BITS, "hit": 1, **numbers})
+
+
+class Hits(wiring.Component):
+    """Keeps the first hit of each ray, and gives the hits of packets that are done.
+
+    A hit counts if t_min <= t and t is less than the best t so far or, if equal, the triangle is.
+    One a cycle; an answer takes `latency` cycles. The hits of a packet take 9 cycles.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    i_rays : In(stream of {packet, number, t_max}), the ray has no hit yet
+    i : In(stream of found), taken at once
+    o_tests : Out(stream of tested), after the last ray
+    i_done : In(stream of packets)
+    o_hits : Out(stream of {packet, number, hit}), four a packet, in order
+    """
+
+    latency = 3
+    i_rays: stream.Interface
+    i: stream.Interface
+    o_tests: stream.Interface
+    i_done: stream.Interface
+    o_hits: stream.Interface
+
+    def __init__(self, config: Config):
+        self.config = config
+        fmt = config.fmt
+        self.best = data.StructLayout({"t": fmt.layout, "triangle": NODE_BITS})
+        self.weights = data.StructLayout({"u": fmt.layout, "v": fmt.layout})
+        super().__init__({
+            "i_rays": In(stream.Signature(numbered(config, {"t_max": fmt.layout}))),
+            "i": In(stream.Signature(found(config), always_ready=True)),
+            "o_tests": Out(stream.Signature(tested(config))),
+            "i_done": In(stream.Signature(packet_bits(config))),
+            "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(fmt)}))),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        packets = self.config.packets
+        bests = data.ArrayLayout(self.best, RAYS)
+        m.submodules.best = best_rows = memory.Memory(shape=bests, depth=packets, init=[])
+        m.submodules.weights = weight_rows = memory.Memory(
+            shape=self.weights, depth=RAYS * packets, init=[]
+        )
+        best, write = best_rows.read_port(), best_rows.write_port(granularity=1)
+        weights, write_weights = weight_rows.read_port(), weight_rows.write_port()
+
+        # stage 1: read what is best so far
+        s1, s1_valid = Signal(found(self.config), reset_less=True), Signal()
+        m.d.comb += best.addr.eq(Mux(self.i.valid, self.i.p.packet, self.i_done.p))
+        m.d.sync += [s1.eq(self.i.p), s1_valid.eq(self.i.valid)]
+
+        # stage 2: compare
+        s2, s2_valid, better = Signal(found(self.config), reset_less=True), Signal(), Signal()
+        old = Signal(self.best)
+        m.d.comb += old.eq(best.data[s1.number])
+        tie = (s1.t.as_value() == old.t.as_value()) & (s1.triangle < old.triangle)
+        m.d.sync += [
+            s2.eq(s1),
+            s2_valid.eq(s1_valid),
+            better.eq(s1_valid & s1.hit & ~less(s1.t, s1.t_min) & (less(s1.t, old.t) | tie)),
+        ]
+
+        # stage 3: update
+        every_t = data.ArrayLayout(self.config.fmt.layout, RAYS)
+        ts, new_ts = Signal(every_t, reset_less=True), Signal(every_t)
+        m.d.comb += new_ts.eq(ts)
+        with m.If(better):
+            m.d.comb += new_ts[s2.number].eq(s2.t)
+        m.d.sync += ts.eq(new_ts)
+        with m.If(s1_valid & s1.first):  # what is in stage 3 was the last of another packet
+            m.d.sync += [ts[k].eq(best.data[k].t) for k in range(RAYS)]
+        m.submodules.answers = answers = fifo.SyncFIFO(
+            width=len(self.o_tests.p.as_value()), depth=packets
+        )
+        ray = self.i_rays
+        m.d.comb += [
+            answers.w_en.eq(s2_valid & s2.last),
+            answers.w_data.eq(Cat(s2.packet, new_ts)),
+            self.o_tests.valid.eq(answers.r_rdy),
+            self.o_tests.p.eq(answers.r_data),
+            answers.r_en.eq(self.o_tests.ready),
+            ray.ready.eq(~better),
+            write.en.eq((better | ray.valid) << Mux(better, s2.number, ray.p.number)),
+            write.addr.eq(Mux(better, s2.packet, ray.p.packet)),
+            write_weights.en.eq(better),
+            write_weights.addr.eq(Cat(s2.number, s2.packet)),
+            write_weights.data.u.eq(s2.u),
+            write_weights.data.v.eq(s2.v),
+        ]
+        for lane in write.data:
+            m.d.comb += [
+                lane.t.eq(Mux(better, s2.t, ray.p.t_max)),
+                lane.triangle.eq(Mux(better, s2.triangle, NO_TRIANGLE)),
+            ]
+
+        # A packet is done: read its row when no test does, then give its hits.
+        row, out = Signal(bests, reset_less=True), self.o_hits.p
+        of = Signal(self.best)
+        m.d.comb += [
+            weights.addr.eq(Cat(out.number, out.packet)),
+            of.eq(row[out.number]),
+            out.hit.t.eq(of.t),
+            out.hit.triangle.eq(of.triangle),
+        ]
+        with m.If(of.triangle != NO_TRIANGLE):
+            m.d.comb += [out.hit.u.eq(weights.data.u), out.hit.v.eq(weights.data.v)]
+        number, packet = Signal.like(out.number), Signal.like(out.packet)
+        m.d.comb += [out.number.eq(number), out.packet.eq(packet)]
+        with m.FSM():
+            with m.State("IDLE"):
+                m.d.comb += self.i_done.ready.eq(~self.i.valid)
+                m.d.sync += packet.eq(self.i_done.p)
+                with m.If(self.i_done.valid & self.i_done.ready):
+                    m.next = "ROW"
+            with m.State("ROW"):
+                m.d.sync += row.eq(best.data)
+                m.next = "GIVE"
+            with m.State("READ"):
+                m.next = "GIVE"
+            with m.State("GIVE"):
+                m.d.comb += self.o_hits.valid.eq(1)
+                with m.If(self.o_hits.ready):
+                    m.d.sync += number.eq(number + 1)
+                    m.next = "READ"
+                    with m.If(number == RAYS - 1):
+                        m.next = "IDLE"
+        return m

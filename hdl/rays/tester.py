@@ -1,0 +1,180 @@
+"""What stands between traversal and the triangle test: rays, corners and hits of all packets."""
+
+from amaranth import *
+from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.isa import NODE_BITS
+from hdl.rays.corners import CORNERS, Corners, read, word
+from hdl.rays.delay import Pipeline
+from hdl.rays.hits import Hits, numbered
+from hdl.rays.packet import RAYS, hit, sheared_ray
+from hdl.rays.stack import packet_bits, tested
+from hdl.rays.triangle import Intersect
+
+COUNTERS = data.StructLayout({"tests": 32, "ray_tests": 32})
+"""Packets at triangles, and rays of them that may hit."""
+
+
+def tester_ray(config: Config) -> data.StructLayout:
+    """A ray of a packet that is to begin."""
+    return numbered(config, {"ray": sheared_ray(config.fmt), "t_max": config.fmt.layout})
+
+
+class Tester(wiring.Component):
+    """Tests packets against triangles, and keeps the first hit of each ray.
+
+    One triangle in as many cycles as the most of four words and its rays; from the last word to
+    the answer it takes `latency` cycles and one more for each ray. A packet has at most one test
+    under way, and is done after its answer. (Hits says what counts.)
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    triangles, vertices : In(address), of the first of each; constant while packets are under way
+    clear : In(1), counters start again
+    i_rays : In(stream of tester_ray), before the packet's tests
+    i_tests : In(stream of {packet, triangle, mask: rays that may hit it, one at least})
+    o_tests : Out(stream of tested)
+    o_reads : Out(stream of {tag, address})
+    i_words : In(stream of {tag, word}), in any order, taken at once
+    i_done : In(stream of packets)
+    o_hits : Out(stream of {packet, number, hit}), four a packet, in order
+    counters : Out(COUNTERS)
+    """
+
+    triangles: Signal
+    vertices: Signal
+    clear: Signal
+    i_rays: stream.Interface
+    i_tests: stream.Interface
+    o_tests: stream.Interface
+    o_reads: stream.Interface
+    i_words: stream.Interface
+    i_done: stream.Interface
+    o_hits: stream.Interface
+    counters: data.View
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.latency = 1 + Intersect.latency_of(config.fmt) + Hits.latency
+        packet = packet_bits(config)
+        test = data.StructLayout({"packet": packet, "triangle": NODE_BITS, "mask": RAYS})
+        super().__init__({
+            "triangles": In(config.address_bits),
+            "vertices": In(config.address_bits),
+            "clear": In(1),
+            "i_rays": In(stream.Signature(tester_ray(config))),
+            "i_tests": In(stream.Signature(test)),
+            "o_tests": Out(stream.Signature(tested(config))),
+            "o_reads": Out(stream.Signature(read(config))),
+            "i_words": In(stream.Signature(word(config), always_ready=True)),
+            "i_done": In(stream.Signature(packet)),
+            "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(config.fmt)}))),
+            "counters": Out(COUNTERS),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        packets, fmt = self.config.packets, self.config.fmt
+        m.submodules.corners = corners = Corners(self.config)
+        m.submodules.intersect = intersect = Intersect(fmt)
+        m.submodules.hits = hits = Hits(self.config)
+        for mine, unit in (
+            (self.o_reads, corners.o_reads),
+            (self.i_words, corners.i_words),
+            (self.o_tests, hits.o_tests),
+            (self.i_done, hits.i_done),
+            (self.o_hits, hits.o_hits),
+        ):
+            wiring.connect(m, wiring.flipped(mine), unit)
+        m.d.comb += [
+            corners.triangles.eq(self.triangles),
+            corners.vertices.eq(self.vertices),
+        ]
+
+        # A ray comes, to here and to its hit record.
+        m.submodules.rays = rays = memory.Memory(
+            shape=sheared_ray(fmt), depth=RAYS * packets, init=[]
+        )
+        write_ray, ray = rays.write_port(), rays.read_port()
+        m.d.comb += [
+            self.i_rays.ready.eq(hits.i_rays.ready),
+            hits.i_rays.valid.eq(self.i_rays.valid),
+            hits.i_rays.p.packet.eq(self.i_rays.p.packet),
+            hits.i_rays.p.number.eq(self.i_rays.p.number),
+            hits.i_rays.p.t_max.eq(self.i_rays.p.t_max),
+            write_ray.en.eq(self.i_rays.valid & self.i_rays.ready),
+            write_ray.addr.eq(Cat(self.i_rays.p.number, self.i_rays.p.packet)),
+            write_ray.data.eq(self.i_rays.p.ray),
+        ]
+
+        # A test comes: its triangle and mask wait for the corners.
+        m.submodules.tests = tests = memory.Memory(
+            shape=data.StructLayout({"triangle": NODE_BITS, "mask": RAYS}), depth=packets, init=[]
+        )
+        write_test, test = tests.write_port(), tests.read_port(domain="comb")
+        m.d.comb += [
+            self.i_tests.ready.eq(corners.i.ready),
+            corners.i.valid.eq(self.i_tests.valid),
+            corners.i.p.packet.eq(self.i_tests.p.packet),
+            corners.i.p.triangle.eq(self.i_tests.p.triangle),
+            write_test.en.eq(self.i_tests.valid & self.i_tests.ready),
+            write_test.addr.eq(self.i_tests.p.packet),
+            write_test.data.triangle.eq(self.i_tests.p.triangle),
+            write_test.data.mask.eq(self.i_tests.p.mask),
+        ]
+
+        # Its corners come: its rays go, one a cycle. Nothing waits from here on.
+        packet = corners.o.p
+        sent, left, picked = Signal(RAYS), Signal(RAYS), Signal(RAYS)
+        number = Signal(range(RAYS))
+        last = left == picked
+        m.d.comb += [
+            test.addr.eq(packet),
+            left.eq(test.data.mask & ~sent),
+            picked.eq(left & -left),
+            number.eq(Cat(picked[1] | picked[3], picked[2] | picked[3])),
+            corners.packet.eq(packet),
+            corners.o.ready.eq(last),
+            ray.addr.eq(Cat(number, packet)),
+        ]
+        with m.If(corners.o.valid):
+            m.d.sync += sent.eq(Mux(last, 0, sent | picked))
+
+        # next cycle: intersect
+        fields = numbered(self.config, {"first": 1, "last": 1, "triangle": NODE_BITS})
+        about = Signal(fields, reset_less=True)
+        m.d.sync += [
+            intersect.i.valid.eq(corners.o.valid),
+            about.eq(Cat(packet, number, ~sent.any(), last, test.data.triangle)),
+        ]
+        m.d.comb += [
+            intersect.i.p.ray.eq(ray.data),
+            *(intersect.i.p[v].eq(corners.corners[v]) for v in CORNERS),
+            intersect.o.ready.eq(1),
+            hits.i.valid.eq(intersect.o.valid),
+        ]
+        p = Pipeline()
+        m.submodules.beside = p.m
+        t_min = p.at(p.input("t_min", ray.data.t_min), intersect.latency)
+        late = data.View(fields, p.at(p.input("about", about), intersect.latency))
+        m.d.comb += [
+            *(hits.i.p[field].eq(late[field]) for field, _ in fields),
+            hits.i.p.t_min.eq(t_min),
+            *(hits.i.p[field].eq(intersect.o.p[field]) for field in ("hit", "t", "u", "v")),
+        ]
+
+        with m.If(self.clear):
+            m.d.sync += self.counters.eq(0)
+        with m.Else():
+            m.d.sync += [
+                self.counters.tests.eq(self.counters.tests + write_test.en),
+                self.counters.ray_tests.eq(self.counters.ray_tests + corners.o.valid),
+            ]
+        return m

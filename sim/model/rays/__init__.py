@@ -1,0 +1,1 @@
+"""Model of hdl.rays: rays, packets and hits, bit for bit."""

@@ -1,0 +1,80 @@
+"""Model of hdl.rays.setup: what of a ray is computed once, before it meets a node."""
+
+import numpy as np
+from numba import njit
+
+from hdl.fp.format import FloatFormat
+from sim.model.fp.add import add_bits
+from sim.model.fp.format import encode
+from sim.model.fp.mul import mul_bits
+from sim.model.fp.recip import recip_bits
+from sim.model.fp.round import DOWN, NEAREST, UP
+
+# A row of `setup`: columns of three axes each, then the shear.
+ORIGIN, ABOVE, BELOW, INVERSE_DOWN, INVERSE_UP, NEGATIVE = range(0, 18, 3)
+AXIS_Z, SHEAR_X, SHEAR_Y, SHEAR_Z = range(18, 22)
+COLUMNS = 22
+
+MARGIN_ULPS = 32
+"""Half ulps of the largest distance that boxes grow by.
+
+The triangle test rounds. Where it finds a hit, the exact ray may pass the exact triangle at a
+distance of up to 18 half ulps of the largest distance between the ray's origin and the scene: 8
+from the sheared vertices, 10 from t. A box that is larger by more than that is entered by every
+ray that hits what is in it, so the order of traversal never changes a hit.
+"""
+
+
+def margin_scale(fmt: FloatFormat) -> int:
+    """Pattern of the margin at distance 1: MARGIN_ULPS half ulps."""
+    return int(encode(fmt, MARGIN_ULPS * 2.0 ** -(fmt.man_bits + 1)))
+
+
+def one(fmt: FloatFormat) -> int:
+    """Pattern of 1."""
+    return int(encode(fmt, 1.0))
+
+
+@njit(cache=True)
+def setup_bits(exp_bits, man_bits, one, scale, origin, direction, row):
+    """Fill a row for a ray: `origin` and `direction` are patterns of three axes.
+
+    margin = scale * (1 + largest |origin|), rounded up twice.
+    above, below = origin + margin up, origin - margin down: for lower and for upper planes.
+    inverses of each direction down and up.
+    z is the axis of the largest |direction|, the first of equal ones; x and y follow it.
+    shear z = inverse down of z; shear x and y = direction * shear z, to nearest.
+    """
+    sign = 1 << (exp_bits + man_bits)
+    largest = 0
+    for axis in range(3):
+        largest = max(largest, origin[axis] & (sign - 1))
+    reach = add_bits(exp_bits, man_bits, UP, one, largest)
+    margin = mul_bits(exp_bits, man_bits, UP, scale, reach)
+    z = 0
+    for axis in range(3):
+        row[ORIGIN + axis] = origin[axis]
+        row[ABOVE + axis] = add_bits(exp_bits, man_bits, UP, origin[axis], margin)
+        row[BELOW + axis] = add_bits(exp_bits, man_bits, DOWN, origin[axis], margin | sign)
+        row[INVERSE_DOWN + axis] = recip_bits(exp_bits, man_bits, DOWN, direction[axis])
+        row[INVERSE_UP + axis] = recip_bits(exp_bits, man_bits, UP, direction[axis])
+        row[NEGATIVE + axis] = 1 if direction[axis] & sign else 0
+        if direction[axis] & (sign - 1) > direction[z] & (sign - 1):
+            z = axis
+    row[AXIS_Z] = z
+    row[SHEAR_Z] = row[INVERSE_DOWN + z]
+    for column, axis in ((SHEAR_X, (z + 1) % 3), (SHEAR_Y, (z + 2) % 3)):
+        row[column] = mul_bits(exp_bits, man_bits, NEAREST, direction[axis], row[SHEAR_Z])
+
+
+@njit(cache=True)
+def _setup(exp_bits, man_bits, one, scale, origins, directions):
+    rows = np.empty((len(origins), COLUMNS), np.int64)
+    for ray in range(len(origins)):
+        setup_bits(exp_bits, man_bits, one, scale, origins[ray], directions[ray], rows[ray])
+    return rows
+
+
+def setup(fmt: FloatFormat, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Rows (n, COLUMNS) of rays with origins and directions (n, 3), all bit patterns int64."""
+    return _setup(fmt.exp_bits, fmt.man_bits, one(fmt), margin_scale(fmt), origins, directions)

@@ -1,0 +1,141 @@
+"""hdl.rays.setup, as Verilog, bit for bit against sim.model.rays.setup."""
+
+import os
+import random
+
+import cocotb
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.fp.format import F24, FloatFormat
+from hdl.rays.packet import RAYS
+from hdl.rays.setup import Setup
+from sim.cosim.verilate import simulator
+from sim.model.rays.setup import (
+    ABOVE,
+    AXIS_Z,
+    BELOW,
+    INVERSE_DOWN,
+    INVERSE_UP,
+    NEGATIVE,
+    ORIGIN,
+    SHEAR_X,
+    setup,
+)
+from tests.harness import SideBySide, difference, now, pack, put, run_cocotb, start, take, unbuilt
+from tests.hdl.fp.operands import operands
+from tests.hdl.rays.test_triangle import grid, inside
+
+CONFIGS = {
+    "smallest": Config(FloatFormat(2, 1), packets=1),
+    "tiny": Config(FloatFormat(3, 2), packets=3),
+    "f24": Config(F24),
+}
+COUNT = 150 if simulator() == "verilator" else 20  # packets of each class
+SLAB = {
+    "above": ABOVE,
+    "below": BELOW,
+    "inverse_down": INVERSE_DOWN,
+    "inverse_up": INVERSE_UP,
+    "negative": NEGATIVE,
+}
+
+
+def canonical(fmt: FloatFormat, x: np.ndarray) -> np.ndarray:
+    """Patterns with no mantissa in zeros and infinities."""
+    exponent = x >> fmt.man_bits & (1 << fmt.exp_bits) - 1
+    special = (exponent == 0) | (exponent == (1 << fmt.exp_bits) - 1)
+    return np.where(special, x >> fmt.man_bits << fmt.man_bits, x)
+
+
+def cases(config: Config, rng) -> dict[str, tuple[list, list]]:
+    """For each stream, its layout, and its payloads by the model."""
+    fmt = config.fmt
+    count = RAYS * COUNT
+    anything = operands(fmt, rng, 6, count // 3)
+    parts = [grid(fmt, rng, count), inside(fmt, rng, count), (anything[:, :3], anything[:, 3:])]
+    origins, directions = (np.concatenate([part[k] for part in parts]) for k in range(2))
+    packets = len(origins) // RAYS
+    shuffle = rng.permutation(len(origins))[: packets * RAYS]
+    origins, directions = canonical(fmt, origins[shuffle]), canonical(fmt, directions[shuffle])
+    t_min, t_max = rng.integers(0, 1 << fmt.bits, (2, len(origins)))
+    rows = setup(fmt, origins, directions)
+    of_packets = rng.integers(0, config.packets, packets)
+    packet, number = of_packets.repeat(RAYS), np.tile(np.arange(RAYS), packets)
+
+    def by_axis(name, x):
+        return {f"{name}.{a}": x[:, k] for k, a in enumerate("xyz")}
+
+    columns = {
+        "i": {"packet": packet, "number": number, "ray.t_min": t_min, "ray.t_max": t_max}
+        | by_axis("ray.origin", origins)
+        | by_axis("ray.direction", directions),
+        "o_rays": {"packet": packet, "number": number, "t_max": t_max, "ray.t_min": t_min}
+        | {"ray.axis": rows[:, AXIS_Z]}
+        | by_axis("ray.origin", rows[:, ORIGIN:])
+        | by_axis("ray.shear", rows[:, SHEAR_X:]),
+        "o_starts": {"packet": of_packets}
+        | {f"intervals.{k}.near": t_min[k::RAYS] for k in range(RAYS)}
+        | {f"intervals.{k}.far": t_max[k::RAYS] for k in range(RAYS)},
+        "o_slabs": {"packet": of_packets.repeat(3), "axis": np.tile(np.arange(3), packets)}
+        | {
+            f"rays.{k}.{name}": rows[k::RAYS, column : column + 3].ravel()
+            for k in range(RAYS)
+            for name, column in SLAB.items()
+        },
+    }
+    unit = unbuilt(Setup(config))
+    layouts = {port: getattr(unit, port).payload.shape() for port in columns}
+    return {port: (layouts[port], pack(layouts[port], fmt, columns[port])) for port in columns}
+
+
+@cocotb.test(timeout_time=10, timeout_unit="ms")
+@cocotb.parametrize((("idle", "busy"), [(0.0, 0.0), (0.3, 0.5), (0.0, 0.9)]))
+async def equals_model(dut, idle, busy):
+    name = os.environ["CONFIG"]
+    config = CONFIGS[name]
+    streams = cases(config, np.random.default_rng(cocotb.RANDOM_SEED))
+    packets = len(streams["o_starts"][1])
+    if busy:
+        packets //= 10
+    per_packet = {"i": RAYS, "o_rays": RAYS, "o_slabs": 3, "o_starts": 1}
+    outputs = [port for port in streams if port != "i"]
+    await start(
+        dut,
+        **{f"{name}__i__valid": 0},
+        **{f"{name}__{port}__ready": 0 for port in outputs},
+    )
+    cocotb.start_soon(put(dut, f"{name}__i", streams["i"][1][: RAYS * packets], idle))
+    begin = now()
+    cycles = {port: [] for port in outputs}
+    tasks = {
+        port: cocotb.start_soon(
+            take(
+                dut,
+                f"{name}__{port}",
+                packets * per_packet[port],
+                random.choice([busy, busy / 2]),
+                cycles[port],
+            )
+        )
+        for port in outputs
+    }
+    for port, task in tasks.items():
+        layout, expected = streams[port]
+        for k, got in enumerate(await task):
+            assert got == expected[k], (
+                f"{port} {k}: {difference(config.fmt, layout, got, expected[k])}"
+            )
+    for k in range(packets):  # a packet starts after all else of it
+        assert cycles["o_starts"][k] > cycles["o_rays"][RAYS * k + RAYS - 1]
+        assert cycles["o_starts"][k] > cycles["o_slabs"][3 * k + 2]
+    if not busy:
+        assert set(np.diff(cycles["o_starts"])) == {16}
+        assert cycles["o_starts"][0] - begin == 3 * RAYS + unbuilt(Setup(config)).latency
+
+
+@pytest.mark.parametrize("name", CONFIGS)
+def test_equals_model(name, tmp_path, seed):
+    units = SideBySide({name: Setup(config) for name, config in CONFIGS.items()})
+    run_cocotb(units, __name__, tmp_path, seed=seed, CONFIG=name)
