@@ -98,7 +98,7 @@ def test_waves_hold_the_run(tmp_path):
         cycles = sum(machine.update(0, len(program), 100, NODES_AT).values())
     waves = pylibfst.lib.fstReaderOpen(str(file).encode())
     _, signals = pylibfst.get_scopes_signals2(waves)
-    busy = signals.by_name["dut.processor.busy"].handle
+    busy = signals.by_name["dut.unit.busy"].handle
     text = pylibfst.ffi.new("char[64]")
 
     def value(time):
