@@ -105,6 +105,7 @@ class Hits(wiring.Component):
             width=len(self.o_tests.p.as_value()), depth=packets
         )
         ray = self.i_rays
+        lane = Mux(better, s2.number, ray.p.number)
         m.d.comb += [
             answers.w_en.eq(s2_valid & s2.last),
             answers.w_data.eq(Cat(s2.packet, new_ts)),
@@ -112,17 +113,17 @@ class Hits(wiring.Component):
             self.o_tests.p.eq(answers.r_data),
             answers.r_en.eq(self.o_tests.ready),
             ray.ready.eq(~better),
-            write.en.eq((better | ray.valid) << Mux(better, s2.number, ray.p.number)),
+            write.en.eq(Cat((better | ray.valid) & (lane == k) for k in range(RAYS))),
             write.addr.eq(Mux(better, s2.packet, ray.p.packet)),
             write_weights.en.eq(better),
             write_weights.addr.eq(Cat(s2.number, s2.packet)),
             write_weights.data.u.eq(s2.u),
             write_weights.data.v.eq(s2.v),
         ]
-        for lane in write.data:
+        for new in write.data:
             m.d.comb += [
-                lane.t.eq(Mux(better, s2.t, ray.p.t_max)),
-                lane.triangle.eq(Mux(better, s2.triangle, NO_TRIANGLE)),
+                new.t.eq(Mux(better, s2.t, ray.p.t_max)),
+                new.triangle.eq(Mux(better, s2.triangle, NO_TRIANGLE)),
             ]
 
         # A packet is done: read its row when no test does, then give its hits.
@@ -134,26 +135,25 @@ class Hits(wiring.Component):
             out.hit.t.eq(of.t),
             out.hit.triangle.eq(of.triangle),
         ]
-        with m.If(of.triangle != NO_TRIANGLE):
-            m.d.comb += [out.hit.u.eq(weights.data.u), out.hit.v.eq(weights.data.v)]
+        missed = of.triangle == NO_TRIANGLE
+        m.d.comb += [
+            out.hit.u.eq(Mux(missed, 0, weights.data.u)),
+            out.hit.v.eq(Mux(missed, 0, weights.data.v)),
+        ]
         number, packet = Signal.like(out.number), Signal.like(out.packet)
         m.d.comb += [out.number.eq(number), out.packet.eq(packet)]
-        with m.FSM():
-            with m.State("IDLE"):
-                m.d.comb += self.i_done.ready.eq(~self.i.valid)
-                m.d.sync += packet.eq(self.i_done.p)
-                with m.If(self.i_done.valid & self.i_done.ready):
-                    m.next = "ROW"
-            with m.State("ROW"):
-                m.d.sync += row.eq(best.data)
-                m.next = "GIVE"
-            with m.State("READ"):
-                m.next = "GIVE"
-            with m.State("GIVE"):
-                m.d.comb += self.o_hits.valid.eq(1)
-                with m.If(self.o_hits.ready):
-                    m.d.sync += number.eq(number + 1)
-                    m.next = "READ"
-                    with m.If(number == RAYS - 1):
-                        m.next = "IDLE"
+        busy, first, again = Signal(), Signal(), Signal()  # a word has been asked for
+        taken = self.i_done.valid & self.i_done.ready
+        given = self.o_hits.valid & self.o_hits.ready
+        last = number == RAYS - 1
+        m.d.comb += self.i_done.ready.eq(~busy & ~self.i.valid)
+        m.d.sync += [first.eq(taken), again.eq(given & ~last)]
+        with m.If(taken):
+            m.d.sync += [packet.eq(self.i_done.p), busy.eq(1)]
+        with m.If(first):
+            m.d.sync += row.eq(best.data)
+        with m.If(first | again):
+            m.d.sync += self.o_hits.valid.eq(1)
+        with m.If(given):
+            m.d.sync += [self.o_hits.valid.eq(0), number.eq(number + 1), busy.eq(~last)]
         return m

@@ -92,7 +92,7 @@ class Setup(wiring.Component):
         out, axis, number = self.o_rays, Signal(range(3)), found["number"]
         take = Signal()
         m.d.comb += [
-            write.en.eq(take << number),
+            write.en.eq(Cat(take & (number == k) for k in range(RAYS))),
             write.addr.eq(found["axis"]),
             read.addr.eq(axis),
             self.o_slabs.p.axis.eq(axis),
@@ -130,21 +130,20 @@ class Setup(wiring.Component):
                 with m.Case(2):
                     m.d.sync += [out.p.ray.shear.y.eq(found["shear"]), out.valid.eq(1)]
 
-        with m.FSM():
-            with m.State("COLLECT"):
-                m.d.comb += take.eq(valid[-1] & (~out.valid | out.ready))
-                with m.If(take & (number == RAYS - 1) & (found["turn"] == 2)):
-                    m.next = "SLABS"
-            with m.State("SLABS"):
-                m.d.comb += self.o_slabs.valid.eq(1)
-                with m.If(self.o_slabs.ready):
-                    m.d.sync += axis.eq(Mux(axis == 2, 0, axis + 1))
-                    with m.If(axis == 2):
-                        m.next = "START"
-            with m.State("START"):
-                m.d.comb += self.o_starts.valid.eq(~out.valid)
-                with m.If(self.o_starts.valid & self.o_starts.ready):
-                    m.next = "COLLECT"
+        # A packet is complete: its axes go, then it starts.
+        starting = Signal()
+        m.d.comb += [
+            take.eq(valid[-1] & ~self.o_slabs.valid & ~starting & (~out.valid | out.ready)),
+            self.o_starts.valid.eq(starting & ~out.valid),
+        ]
+        with m.If(take & (number == RAYS - 1) & (found["turn"] == 2)):
+            m.d.sync += self.o_slabs.valid.eq(1)
+        with m.If(self.o_slabs.valid & self.o_slabs.ready):
+            m.d.sync += axis.eq(Mux(axis == 2, 0, axis + 1))
+            with m.If(axis == 2):
+                m.d.sync += [self.o_slabs.valid.eq(0), starting.eq(1)]
+        with m.If(self.o_starts.valid & self.o_starts.ready):
+            m.d.sync += starting.eq(0)
         return m
 
     def _pipeline(self, p: Pipeline, which: Value) -> dict[str, Timed]:

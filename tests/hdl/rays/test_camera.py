@@ -1,0 +1,100 @@
+"""hdl.rays.camera, as Verilog, bit for bit against sim.model.rays.camera."""
+
+import os
+
+import cocotb
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.fp.format import F24, FloatFormat
+from hdl.rays.camera import Camera, pixel_bits
+from hdl.rays.packet import RAYS
+from sim.cosim.verilate import simulator
+from sim.model.fp.format import encode
+from sim.model.rays.camera import camera
+from tests.harness import SideBySide, difference, now, pack, put, run_cocotb, start, take, unbuilt
+from tests.hdl.fp.operands import weighted
+
+CONFIGS = {
+    "smallest": Config(FloatFormat(2, 1), packets=1),
+    "tiny": Config(FloatFormat(3, 2), packets=3),
+    "f24": Config(F24),
+}
+SIZES = [(1, 1), (2, 3), (3, 2), (6, 5), (1, 7), (7, 1)]
+WIDE = [(4001, 1), (1, 1025)]
+
+
+def cases(config: Config, rng, sizes) -> dict[str, tuple]:
+    """For each stream, its layout, and its payloads by the model."""
+    fmt = config.fmt
+    most = (1 << pixel_bits(fmt)) - 1
+    rows = {"i": [], "i_packets": [], "o": []}
+    unit = unbuilt(Camera(config))
+    layouts = {port: getattr(unit, port).payload.shape() for port in rows}
+    for size in sizes:
+        width, height = (min(n, most) for n in size)
+        vectors = encode(fmt, rng.uniform(-1, 1, (4, 3)))
+        if rng.random() < 0.3:
+            vectors = weighted(fmt, rng, 4, 3)
+        t_min, t_max = rng.integers(0, 1 << fmt.bits, 2)
+        rays = camera(fmt, *vectors, width, height, t_min, t_max)
+        packets = rng.integers(0, config.packets, len(rays.pixels) // RAYS)
+        names = ("origin", "corner", "right", "down")
+        by_axis = {
+            f"{name}.{a}": [vector[k]]
+            for name, vector in zip(names, vectors, strict=True)
+            for k, a in enumerate("xyz")
+        }
+        limits = {"width": [width], "height": [height], "t_min": [t_min], "t_max": [t_max]}
+        rows["i"] += pack(layouts["i"], fmt, by_axis | limits)
+        rows["i_packets"] += packets.tolist()
+        columns = {"packet": packets.repeat(RAYS), "number": np.arange(len(rays.pixels)) % RAYS}
+        columns |= {"ray.t_min": rays.t_min, "ray.t_max": rays.t_max}
+        for k, a in enumerate("xyz"):
+            columns[f"ray.origin.{a}"] = rays.origins[:, k]
+            columns[f"ray.direction.{a}"] = rays.directions[:, k]
+        rows["o"] += pack(layouts["o"], fmt, columns)
+    return {port: (layouts[port], rows[port]) for port in rows}
+
+
+async def compare(dut, sizes, idle, busy):
+    name = os.environ["CONFIG"]
+    config = CONFIGS[name]
+    streams = cases(config, np.random.default_rng(cocotb.RANDOM_SEED), sizes)
+    await start(
+        dut,
+        **{f"{name}__{port}__valid": 0 for port in ("i", "i_packets")},
+        **{f"{name}__o__ready": 0},
+    )
+    begin, cycles = now(), []
+    cocotb.start_soon(put(dut, f"{name}__i", streams["i"][1]))
+    cocotb.start_soon(put(dut, f"{name}__i_packets", streams["i_packets"][1], idle))
+    layout, expected = streams["o"]
+    found = await take(dut, f"{name}__o", len(expected), busy, cycles)
+    for k, (got, want) in enumerate(zip(found, expected, strict=True)):
+        assert got == want, f"ray {k}: {difference(config.fmt, layout, got, want)}"
+    if not idle and not busy:
+        assert cycles == [begin + 1 + Camera.latency + 3 * k for k in range(len(found))]
+
+
+@cocotb.test(timeout_time=10, timeout_unit="ms")
+@cocotb.parametrize((("idle", "busy"), [(0.0, 0.0), (0.9, 0.0), (0.0, 0.8), (0.5, 0.5)]))
+async def equals_model(dut, idle, busy):
+    await compare(dut, SIZES * 3, idle, busy)
+
+
+@cocotb.test(timeout_time=10, timeout_unit="ms")
+async def all_small_images(dut):
+    await compare(dut, [(w, h) for w in range(1, 6) for h in range(1, 6)], 0.0, 0.0)
+
+
+@cocotb.test(timeout_time=10, timeout_unit="ms", skip=simulator() == "icarus")
+async def wide_and_high(dut):
+    await compare(dut, WIDE, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("name", CONFIGS)
+def test_equals_model(name, tmp_path, seed):
+    units = SideBySide({name: Camera(config) for name, config in CONFIGS.items()})
+    run_cocotb(units, __name__, tmp_path, seed=seed, CONFIG=name)
