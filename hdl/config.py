@@ -27,7 +27,8 @@ class Config:
     stack_depth : int
         Nodes that a packet can have waiting, so levels of the deepest tree less one. 1 to 64.
     cache_words : int
-        Words of the cache of nodes, and of that of geometry. A power of two, 2 to 65536.
+        Words of the cache of nodes, and of that of geometry: a power of two, 2 to 65536. With 0
+        there are none; nodes and geometry have memory ports of their own, for banks on the chip.
 
     Raises
     ------
@@ -48,8 +49,8 @@ class Config:
     """Cycles from the issue of a merge to that of the first instruction that can read its box."""
 
     def __post_init__(self):
-        if self.fmt.bits > 32:
-            raise ValueError(f"a float has at most 32 bits, not {self.fmt.bits} ({self.fmt})")
+        if self.fmt.exp_bits > 8 or self.fmt.man_bits > 23:
+            raise ValueError(f"a float has at most 8,23 bits, not {self.fmt}")
         most = 1 << REGISTER_BITS
         for name, low, high in [
             ("vertex_registers", 3, most),
@@ -58,10 +59,12 @@ class Config:
             ("address_bits", 4, 28),
             ("packets", 1, 32),
             ("stack_depth", 1, 64),
-            ("cache_words", 2, 1 << 16),
+            ("cache_words", 0, 1 << 16),
         ]:
             if not low <= getattr(self, name) <= high:
                 raise ValueError(f"{name} is {low} to {high}, not {getattr(self, name)}")
+        if self.cache_words == 1 or self.cache_words & (self.cache_words - 1):
+            raise ValueError(f"cache_words is 0 or a power of two, not {self.cache_words}")
 
     @property
     def load_latency(self) -> int:

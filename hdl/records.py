@@ -5,6 +5,7 @@ A memory word has 128 bits, or the next multiple that holds a node of a wider fo
 
 from amaranth.lib import data
 
+from hdl.config import Config
 from hdl.fp.format import FloatFormat
 from hdl.isa import INSTRUCTION_BITS, NODE_BITS
 
@@ -67,3 +68,11 @@ def box(fmt: FloatFormat) -> data.StructLayout:
 
 TRIANGLE = data.StructLayout({"v0": INDEX_BITS, "v1": INDEX_BITS, "v2": INDEX_BITS})
 """Vertex indices of a triangle, one a word, in its lowest bits."""
+
+
+def scene(config: Config) -> data.StructLayout:
+    """Where the records of a scene lie: the first of each kind; and the root, a node."""
+    return data.StructLayout({
+        **dict.fromkeys(("vertices", "triangles", "nodes"), config.address_bits),
+        "root": NODE_BITS,
+    })

@@ -21,6 +21,9 @@ from sim.tree.tree import Tree
 COARSEST = 1 / 16
 """Farthest that rounding may move a vertex, in half sizes of the scene."""
 
+POSES = 3
+"""Poses that a tree is built over."""
+
 
 @dataclass(frozen=True)
 class Prepared:
@@ -30,13 +33,15 @@ class Prepared:
     ----------
     normalised : Normalised
     tree : Tree
-        Over the first frame.
+    poses : list of int
+        Frames that the tree was built over.
     image : Image
     build_seconds, compile_seconds : float
     """
 
     normalised: Normalised
     tree: Tree
+    poses: list[int]
     image: Image
     build_seconds: float
     compile_seconds: float
@@ -97,12 +102,20 @@ def prepare(
     step("measuring all frames")
     normalised = normalise(scene, frames)
     step("building the tree")
+    chosen = poses_of(normalised.frames)
+    poses = np.stack([normalised.scene.pose(frame) for frame in chosen])
     begin = perf_counter()
-    tree = build(normalised.scene.pose(normalised.frames[0]), scene.faces, builder)
+    tree = build(poses, scene.faces, builder)
     build_seconds = perf_counter() - begin
     step("compiling the program")
     begin = perf_counter()
     image = compile_tree(tree, scene.faces, config)
     compile_seconds = perf_counter() - begin
     check(config, image.instructions, len(image.vertices), image.nodes)
-    return Prepared(normalised, tree, image, build_seconds, compile_seconds)
+    return Prepared(normalised, tree, chosen, image, build_seconds, compile_seconds)
+
+
+def poses_of(frames: range) -> list[int]:
+    """Frames to build a tree over: the first one, and others at even distances."""
+    count = min(len(frames), POSES)
+    return [frames[k * len(frames) // count] for k in range(count)]

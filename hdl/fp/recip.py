@@ -1,7 +1,7 @@
 """The reciprocal of a float."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.fp.format import FloatFormat, Rounding
@@ -36,12 +36,20 @@ class Recip(wiring.Component):
     o: stream.Interface
 
     def __init__(self, fmt: FloatFormat, rounding: Rounding = Rounding.NEAREST):
-        self.fmt, self.rounding = fmt, rounding
-        self.latency = -(-(fmt.man_bits + 2) // STEPS) + 1
+        self._init(fmt, {"round": rounding}, fmt.layout)
+
+    def _init(self, fmt: FloatFormat, roundings: dict[str, Rounding], result):
+        self.fmt, self.roundings = fmt, roundings
+        self.latency = self.latency_of(fmt)
         super().__init__({
             "i": In(stream.Signature(fmt.layout)),
-            "o": Out(stream.Signature(fmt.layout)),
+            "o": Out(stream.Signature(result)),
         })
+
+    @staticmethod
+    def latency_of(fmt: FloatFormat) -> int:
+        """The latency of a Recip."""
+        return -(-(fmt.man_bits + 2) // STEPS) + 1
 
     def elaborate(self, platform):
         m = Module()
@@ -80,17 +88,20 @@ class Recip(wiring.Component):
         now = self._stage(m, step, now, self.latency - 1)
 
         exponents = range(-fmt.bias, 2 * fmt.bias + 1)
-        m.submodules.round = rounder = Round(fmt, self.rounding, exponents)
-        result = rounder.i
-        m.d.comb += [
-            *(result[name].eq(now[name]) for name in ("sign", "infinite", "zero", "exp")),
-            Cat(result.half, result.man).eq(
-                now["quotient"] & (~now["one"]).replicate(man_bits + 1)
-            ),
-            result.rest.eq(~now["one"]),
-        ]
+        rounded = []
+        for name, rounding in self.roundings.items():
+            m.submodules[name] = rounder = Round(fmt, rounding, exponents)
+            result = rounder.i
+            m.d.comb += [
+                *(result[field].eq(now[field]) for field in ("sign", "infinite", "zero", "exp")),
+                Cat(result.half, result.man).eq(
+                    now["quotient"] & (~now["one"]).replicate(man_bits + 1)
+                ),
+                result.rest.eq(~now["one"]),
+            ]
+            rounded.append(rounder.o)
         with m.If(step):
-            m.d.sync += self.o.p.eq(rounder.o)
+            m.d.sync += self.o.p.eq(Cat(rounded))
         return m
 
     def _stage(self, m: Module, step: Value, now: dict, number: int) -> dict:
@@ -102,3 +113,21 @@ class Recip(wiring.Component):
         with m.If(step):
             m.d.sync += [registers[name].eq(value) for name, value in now.items()]
         return registers
+
+
+class RecipBounds(Recip):
+    """The floats on both sides of 1 / a, equal where it is one: `Recip`, rounded down and up.
+
+    Parameters
+    ----------
+    fmt : FloatFormat
+
+    Members
+    -------
+    i : In(stream of fmt)
+    o : Out(stream of {down, up: fmt}), in the order of the inputs
+    """
+
+    def __init__(self, fmt: FloatFormat):
+        roundings = {"down": Rounding.DOWN, "up": Rounding.UP}
+        self._init(fmt, roundings, data.StructLayout(dict.fromkeys(roundings, fmt.layout)))

@@ -78,7 +78,7 @@ class Reads(wiring.Signature):
     """
 
     def __init__(self, config: Config, tags: int):
-        self.tag = range(tags)
+        self.tags = tags
         super().__init__({
             "request": Out(
                 stream.Signature(

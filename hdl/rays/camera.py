@@ -12,8 +12,7 @@ from hdl.fp.format import FloatFormat
 from hdl.fp.mul import Mul
 from hdl.rays.delay import Pipeline
 from hdl.rays.packet import RAYS
-from hdl.rays.setup import AXES, coordinate, setup_ray
-from hdl.rays.stack import packet_bits
+from hdl.rays.setup import AXES, setup_ray
 
 
 def pixel_bits(fmt: FloatFormat) -> int:
@@ -39,12 +38,11 @@ def image(config: Config) -> data.StructLayout:
 
 
 class Camera(wiring.Component):
-    """Gives the rays of an image: a packet in 12 cycles.
+    """Gives the rays of an image: one a cycle after `latency` cycles.
 
     The direction at column x, row y is (corner + x * right) + y * down, each operation rounded to
     nearest. Packets go along rows of 2 x 2 pixels, and so do the rays of a packet. Beyond the
-    image t_min is +inf and t_max -inf. The first ray takes `latency` cycles; 2 multipliers and 2
-    adders.
+    image t_min is +inf and t_max -inf. 6 multipliers and 6 adders.
 
     Parameters
     ----------
@@ -52,101 +50,82 @@ class Camera(wiring.Component):
 
     Members
     -------
-    i : In(stream of image), taken with its last packet
-    i_packets : In(stream of packets) that are free
+    i : In(stream of image), taken with the last ray
     o : Out(stream of setup_ray), four a packet, in order
+    gives : Out(1), in one cycle for each packet, before its last ray comes
     """
 
-    latency = 1 + Mul.latency + 2 * Add.latency + 3
+    latency = 1 + Mul.latency + 2 * Add.latency
     i: stream.Interface
-    i_packets: stream.Interface
     o: stream.Interface
+    gives: Signal
 
     def __init__(self, config: Config):
         self.config = config
         super().__init__({
             "i": In(stream.Signature(image(config))),
-            "i_packets": In(stream.Signature(packet_bits(config))),
             "o": Out(stream.Signature(setup_ray(config))),
+            "gives": Out(1),
         })
 
     def elaborate(self, platform):
         m = Module()
 
         fmt, i, o = self.config.fmt, self.i.p, self.o
-        go, enters = Signal(), self.i.valid & self.i_packets.valid
+        go, all_entered = Signal(), Signal()
+        enters = self.i.valid & ~all_entered
         p = Pipeline()
         m.submodules.pipeline = EnableInserter(go)(p.m)
 
-        # An axis of a ray a cycle.
-        axis, number = Signal(range(3)), Signal(range(RAYS))
+        number = Signal(range(RAYS))
         column, row = (Signal(len(i.width) - 1, name=name) for name in ("column", "row"))
         x, y = Cat(number[0], column), Cat(number[1], row)
-        packet_ends = go & enters & (axis == 2) & (number == RAYS - 1)
         row_ends, image_ends = (column + 1) * 2 >= i.width, (row + 1) * 2 >= i.height
+        ends = Signal()
         m.d.comb += [
-            self.i_packets.ready.eq(packet_ends),
-            self.i.ready.eq(packet_ends & row_ends & image_ends),
+            go.eq(~o.valid | o.ready),
+            self.gives.eq(go & enters & (number == RAYS - 1)),
+            ends.eq((number == RAYS - 1) & row_ends & image_ends),
         ]
         with m.If(go & enters):
-            m.d.sync += axis.eq(Mux(axis == 2, 0, axis + 1))
-            with m.If(axis == 2):
-                m.d.sync += number.eq(number + 1)
-        with m.If(packet_ends):
+            m.d.sync += [number.eq(number + 1), all_entered.eq(ends)]
+        with m.If(self.gives):
             m.d.sync += column.eq(Mux(row_ends, 0, column + 1))
             with m.If(row_ends):
                 m.d.sync += row.eq(Mux(image_ends, 0, row + 1))
 
-        # stage 1: the axis, and numbers
-        def on_axis(name):
-            return p.stage(p.input(name, coordinate(i[name], axis)))
+        # stage 1: numbers; then a coordinate each. The image stays as it is meanwhile.
+        pixel_x = p.stage(p.input("x", number_of(fmt, x)))
+        pixel_y = p.stage(p.input("y", number_of(fmt, y)))
+        for a in AXES:
+            corner, right, down = (
+                p.steady(f"{name}_{a}", i[name][a]) for name in ("corner", "right", "down")
+            )
+            along = p.unit(f"along_{a}", Mul(fmt), pixel_x, right)
+            across = p.unit(f"across_{a}", Mul(fmt), pixel_y, down)
+            direction = p.unit(f"in_row_{a}", Add(fmt), corner, along)
+            direction = p.unit(f"direction_{a}", Add(fmt), direction, across)
+            m.d.comb += o.p.ray.direction[a].eq(p.at(direction, self.latency))
 
-        along, across = (
-            p.stage(p.input(name, number_of(fmt, value))) for name, value in (("x", x), ("y", y))
-        )
-        along = p.unit("along", Mul(fmt), along, on_axis("right"))
-        across = p.unit("across", Mul(fmt), across, on_axis("down"))
-        direction = p.unit("direction_x", Add(fmt), on_axis("corner"), along)
-        direction = p.unit("direction", Add(fmt), direction, across)
-        last = direction.cycle
-        beside = {
-            "packet": self.i_packets.p,
-            "number": number,
-            "axis": axis,
-            "t_min": i.t_min,
-            "t_max": i.t_max,
-            "origin": coordinate(i.origin, axis),
-            "beyond": (x >= i.width) | (y >= i.height),
-        }
-        found = {name: p.at(p.input(name, value), last) for name, value in beside.items()}
-
-        valid = Signal(last)
-        take = ~o.valid | o.ready
-        m.d.comb += go.eq(~valid[-1] | take)
+        beside = {"number": number, "beyond": (x >= i.width) | (y >= i.height), "ends": ends}
+        late = {name: p.at(p.input(name, value), self.latency) for name, value in beside.items()}
+        valid = Signal(self.latency - 1)
         with m.If(go):
-            m.d.sync += valid.eq(Cat(enters, valid))
-
-        # last stage: put a ray together
-        infinity = fmt.layout.const({"exp": -1})
-        with m.If(o.ready):
-            m.d.sync += o.valid.eq(0)
-        with m.If(take & valid[-1]):
-            m.d.sync += [
-                o.p.packet.eq(found["packet"]),
-                o.p.number.eq(found["number"]),
-                o.p.ray.t_min.eq(Mux(found["beyond"], infinity, found["t_min"])),
-                o.p.ray.t_max.eq(Mux(found["beyond"], infinity, found["t_max"])),
-                o.valid.eq(found["axis"] == 2),
+            m.d.sync += Cat(valid, o.valid).eq(Cat(enters, valid))
+        m.d.comb += [
+            o.p.number.eq(late["number"]),
+            o.p.ray.origin.eq(i.origin),
+            o.p.ray.t_min.eq(i.t_min),
+            o.p.ray.t_max.eq(i.t_max),
+            self.i.ready.eq(o.valid & o.ready & late["ends"]),
+        ]
+        with m.If(late["beyond"]):
+            m.d.comb += [
+                o.p.ray.t_min.eq(fmt.layout.const({"exp": -1})),
+                o.p.ray.t_max.eq(fmt.layout.const({"exp": -1, "sign": 1})),
             ]
-            with m.If(found["beyond"]):
-                m.d.sync += o.p.ray.t_max.sign.eq(1)
-            with m.Switch(found["axis"]):
-                for k, name in enumerate(AXES):
-                    with m.Case(k):
-                        m.d.sync += [
-                            o.p.ray.origin[name].eq(found["origin"]),
-                            o.p.ray.direction[name].eq(direction.value),
-                        ]
+        with m.If(self.i.ready):
+            m.d.sync += all_entered.eq(0)
         return m
 
 

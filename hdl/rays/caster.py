@@ -1,39 +1,45 @@
-"""The ray caster: rays from memory, through an updated tree, to hits in memory."""
+"""The ray caster: rays of a camera or from memory, through a tree, to hits in memory."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl import records
 from hdl.config import Config
-from hdl.isa import NODE_BITS
 from hdl.memory.arbiter import Arbiter
-from hdl.memory.cache import Cache
-from hdl.memory.port import Port, PortInterface
+from hdl.memory.port import Port, PortInterface, Reads, ReadsInterface
+from hdl.rays import census
+from hdl.rays.camera import Camera, image
+from hdl.rays.census import Census
+from hdl.rays.corners import tag
+from hdl.rays.numbers import Numbers
 from hdl.rays.recorder import Recorder
 from hdl.rays.setup import Setup
 from hdl.rays.source import Source, rays
 from hdl.rays.tester import Tester
 from hdl.rays.traversal import Traversal
 
-COUNTERS = data.StructLayout(
-    dict.fromkeys(
-        (
-            *("cycles", "packets", "steps", "tests", "ray_tests", "pushes", "pops"),
-            *("node_hits", "node_misses", "geometry_hits", "geometry_misses"),
-        ),
-        32,
-    )
-)
-"""Of a run: its cycles, what traversal and triangle tests did, and what the caches held."""
+COUNTERS = data.StructLayout({
+    **dict.fromkeys(("packets", "steps", "tests", "ray_tests", "pushes", "pops"), 32),
+    "waits": census.COUNTERS,
+})
+"""Of a run: packets whose hits are in memory; packets at nodes, each a cycle; packets at triangles,
+and rays of them; entries put on stacks, and taken off; cycles without a packet at a node. The
+steps and the waits are the length of the run."""
 
 
 def cast_job(config: Config) -> data.StructLayout:
-    """Rays, the scene that they meet, and where their hits go, a word a ray in their order."""
-    address = config.address_bits
+    """Rays, the scene that they meet, and where their hits go.
+
+    Hits are a word a ray, in the order of the rays: that in memory, or that of the packets of the
+    image (rows of 2 x 2 pixels, each in the order of rows) where `camera` is set.
+    """
     return data.StructLayout({
+        "scene": records.scene(config),
+        "camera": 1,
+        "image": image(config),
         "rays": rays(config),
-        "root": NODE_BITS,
-        **dict.fromkeys(("nodes", "triangles", "vertices", "hits"), address),
+        "hits": config.address_bits,
     })
 
 
@@ -42,10 +48,10 @@ class RayCaster(wiring.Component):
 
     ::
 
-        source ─► setup ─► traversal ◄─► node cache
-                    │        ▲ │ ▲
-                    └─► tester ◄─┘ ◄──► geometry cache
-                          └─► recorder
+        camera or source ─► setup ─► traversal ◄─► nodes
+                              │        ▲ │ ▲
+                              └─► tester ◄─┘ ◄──► geometry
+                                    └─► recorder
 
     Parameters
     ----------
@@ -53,23 +59,25 @@ class RayCaster(wiring.Component):
 
     Members
     -------
-    i : In(stream of cast_job), taken while not busy
-    busy : Out(1); falls when all hits are in memory
+    i : In(stream of cast_job), taken when all hits are in memory
     counters : Out(COUNTERS), of the last job
-    port : Out(Port)
+    nodes, geometry : Out(Reads), of nodes, and of triangles with their vertices
+    port : Out(Port), reads rays and writes hits
     """
 
     i: stream.Interface
-    busy: Signal
     counters: data.View
+    nodes: ReadsInterface
+    geometry: ReadsInterface
     port: PortInterface
 
     def __init__(self, config: Config):
         self.config = config
         super().__init__({
             "i": In(stream.Signature(cast_job(config))),
-            "busy": Out(1),
             "counters": Out(COUNTERS),
+            "nodes": Out(Reads(config, config.packets)),
+            "geometry": Out(Reads(config, 1 << tag(config).size)),
             "port": Out(Port(config)),
         })
 
@@ -77,100 +85,102 @@ class RayCaster(wiring.Component):
         m = Module()
         config = self.config
 
+        job = self.i.p
+        m.submodules.camera = camera = Camera(config)
         m.submodules.source = source = Source(config)
+        m.submodules.numbers = numbers = Numbers(config)
         m.submodules.setup = setup = Setup(config)
         m.submodules.traversal = traversal = Traversal(config)
         m.submodules.tester = tester = Tester(config)
-        wiring.connect(m, source.o, setup.i)
+        m.submodules.recorder = recorder = Recorder(config)
+        wiring.connect(m, numbers.o, setup.i_packets)
         wiring.connect(m, setup.o_rays, tester.i_rays)
         wiring.connect(m, setup.o_starts, traversal.i_start)
         wiring.connect(m, traversal.o_tests, tester.i_tests)
         wiring.connect(m, tester.o_tests, traversal.i_tests)
         wiring.connect(m, traversal.o_done, tester.i_done)
+        wiring.connect(m, tester.o_hits, recorder.i)
+        wiring.connect(m, recorder.o_free, numbers.i)
         m.d.comb += [
             traversal.i_setup.valid.eq(setup.o_slabs.valid),
             traversal.i_setup.payload.eq(setup.o_slabs.payload),
             setup.o_slabs.ready.eq(1),
         ]
 
-        # Nodes and geometry come through caches, in any order.
-        job = Signal.like(self.i.p, reset_less=True)
-        tag_bits = len(tester.o_reads.p.tag.as_value())
-        m.submodules.node_cache = node_cache = Cache(
-            config, words=config.cache_words, tags=config.packets, misses=config.packets
-        )
-        m.submodules.geometry_cache = geometry_cache = Cache(
-            config, words=config.cache_words, tags=1 << tag_bits, misses=config.packets
-        )
+        # Rays come from one of two.
+        giving = Signal()
         m.d.comb += [
-            node_cache.reads.request.valid.eq(traversal.o_nodes.valid),
-            node_cache.reads.request.p.tag.eq(traversal.o_nodes.p.packet),
-            node_cache.reads.request.p.address.eq(job.nodes + traversal.o_nodes.p.node),
-            traversal.o_nodes.ready.eq(node_cache.reads.request.ready),
-            traversal.i_nodes.valid.eq(node_cache.reads.response.valid),
-            traversal.i_nodes.p.packet.eq(node_cache.reads.response.p.tag),
-            traversal.i_nodes.p.word.as_value().eq(node_cache.reads.response.p.word),
-            node_cache.reads.response.ready.eq(1),
-            geometry_cache.reads.request.valid.eq(tester.o_reads.valid),
-            geometry_cache.reads.request.p.tag.eq(tester.o_reads.p.tag.as_value()),
-            geometry_cache.reads.request.p.address.eq(tester.o_reads.p.address),
-            tester.o_reads.ready.eq(geometry_cache.reads.request.ready),
-            tester.i_words.valid.eq(geometry_cache.reads.response.valid),
-            tester.i_words.p.tag.as_value().eq(geometry_cache.reads.response.p.tag),
-            tester.i_words.p.word.eq(geometry_cache.reads.response.p.word),
-            geometry_cache.reads.response.ready.eq(1),
-            traversal.root.eq(job.root),
-            tester.triangles.eq(job.triangles),
-            tester.vertices.eq(job.vertices),
+            camera.i.valid.eq(giving & job.camera),
+            camera.i.p.eq(job.image),
+            source.i.valid.eq(giving & ~job.camera),
+            source.i.p.eq(job.rays),
+            setup.i.valid.eq(camera.o.valid | source.o.valid),
+            setup.i.p.eq(Mux(job.camera, camera.o.p, source.o.p)),
+            camera.o.ready.eq(setup.i.ready),
+            source.o.ready.eq(setup.i.ready),
+            recorder.i_begun.valid.eq(numbers.o.valid & numbers.o.ready),
+            recorder.i_begun.p.eq(numbers.o.p),
+            recorder.base.eq(job.hits),
         ]
 
-        m.submodules.recorder = recorder = Recorder(config)
-        wiring.connect(m, tester.o_hits, recorder.i)
-        wiring.connect(m, recorder.o_free, source.i_free)
+        # Nodes and geometry come in any order, each with the tag that it was asked with.
         m.d.comb += [
-            recorder.base.eq(job.hits),
-            recorder.i_begun.valid.eq(source.o_begun.valid),
-            recorder.i_begun.payload.eq(source.o_begun.payload),
-            source.o_begun.ready.eq(1),
+            self.nodes.request.valid.eq(traversal.o_nodes.valid),
+            self.nodes.request.p.tag.eq(traversal.o_nodes.p.packet),
+            self.nodes.request.p.address.eq(job.scene.nodes + traversal.o_nodes.p.node),
+            traversal.o_nodes.ready.eq(self.nodes.request.ready),
+            traversal.i_nodes.valid.eq(self.nodes.response.valid),
+            traversal.i_nodes.p.packet.eq(self.nodes.response.p.tag),
+            traversal.i_nodes.p.word.as_value().eq(self.nodes.response.p.word),
+            self.nodes.response.ready.eq(1),
+            self.geometry.request.valid.eq(tester.o_reads.valid),
+            self.geometry.request.p.tag.eq(tester.o_reads.p.tag.as_value()),
+            self.geometry.request.p.address.eq(tester.o_reads.p.address),
+            tester.o_reads.ready.eq(self.geometry.request.ready),
+            tester.i_words.valid.eq(self.geometry.response.valid),
+            tester.i_words.p.tag.as_value().eq(self.geometry.response.p.tag),
+            tester.i_words.p.word.eq(self.geometry.response.p.word),
+            self.geometry.response.ready.eq(1),
+            traversal.root.eq(job.scene.root),
+            tester.triangles.eq(job.scene.triangles),
+            tester.vertices.eq(job.scene.vertices),
         ]
-        m.submodules.arbiter = arbiter = Arbiter(
-            config, clients=4, outstanding=2 * config.packets + source.depth
-        )
-        # Nodes first: each packet waits for one. Rays last: they are asked for early.
-        wiring.connect(m, arbiter.clients[0], node_cache.port)
-        wiring.connect(m, arbiter.clients[1], geometry_cache.port)
-        wiring.connect(m, arbiter.clients[2], recorder.port)
-        wiring.connect(m, arbiter.clients[3], source.port)
+        m.submodules.arbiter = arbiter = Arbiter(config, clients=2, outstanding=source.depth)
+        # Hits first: rays are asked for early.
+        wiring.connect(m, arbiter.clients[0], recorder.port)
+        wiring.connect(m, arbiter.clients[1], source.port)
         wiring.connect(m, wiring.flipped(self.port), arbiter.port)
 
-        # A job begins, and ends when each packet that began has been written.
-        begin = self.i.valid & self.i.ready
-        written = Signal(config.address_bits)
+        # A job begins, and ends when each packet that was given has been written.
+        begun, packets = Signal(), Signal(32)
+        begins = self.i.valid & ~begun
+        given = Mux(job.camera, camera.i.ready, source.i.ready)
+        written = (recorder.written == packets) & ~self.port.request.valid
+        m.d.comb += self.i.ready.eq(begun & ~giving & written)
+        m.d.sync += packets.eq(Mux(begins, 0, packets + (camera.gives | source.gives)))
+        with m.If(begins):
+            m.d.sync += [begun.eq(1), giving.eq(1)]
+        with m.If(giving & given):
+            m.d.sync += giving.eq(0)
+        with m.If(self.i.ready):
+            m.d.sync += begun.eq(0)
+
+        m.submodules.census = places = Census(config)
         m.d.comb += [
-            self.i.ready.eq(~self.busy & source.i.ready),
-            source.i.valid.eq(begin),
-            source.i.payload.eq(self.i.p.rays),
-            *(unit.clear.eq(begin) for unit in (node_cache, geometry_cache, traversal, tester)),
-        ]
-        with m.If(recorder.o_free.valid):
-            m.d.sync += written.eq(written + 1)
-        with m.If(begin):
-            m.d.sync += [self.busy.eq(1), job.eq(self.i.p), written.eq(0)]
-        with m.Elif((written == job.rays.packets) & ~self.port.request.valid):
-            m.d.sync += self.busy.eq(0)
-        cycles = Signal(32)
-        m.d.sync += cycles.eq(Mux(begin, 0, cycles + self.busy))
-        m.d.comb += [
-            self.counters.cycles.eq(cycles),
-            self.counters.packets.eq(written),
-            self.counters.steps.eq(traversal.counters.steps),
-            self.counters.pushes.eq(traversal.counters.pushes),
-            self.counters.pops.eq(traversal.counters.pops),
-            self.counters.tests.eq(tester.counters.tests),
+            *(unit.clear.eq(begins) for unit in (recorder, traversal, tester, places)),
+            places.counts.eq(begun),
+            places.started.eq(traversal.i_start.valid & traversal.i_start.ready),
+            places.done.eq(traversal.o_done.valid & traversal.o_done.ready),
+            places.asks_node.eq(self.nodes.request.valid & self.nodes.request.ready),
+            places.has_node.eq(self.nodes.response.valid),
+            places.asks_test.eq(traversal.o_tests.valid & traversal.o_tests.ready),
+            places.has_test.eq(traversal.i_tests.valid & traversal.i_tests.ready),
+            self.counters.packets.eq(recorder.written),
             self.counters.ray_tests.eq(tester.counters.ray_tests),
-            self.counters.node_hits.eq(node_cache.hits),
-            self.counters.node_misses.eq(node_cache.misses),
-            self.counters.geometry_hits.eq(geometry_cache.hits),
-            self.counters.geometry_misses.eq(geometry_cache.misses),
+            self.counters.waits.eq(places.counters),
+            *(
+                self.counters[name].eq(traversal.counters[name])
+                for name, _ in traversal.counters.shape()
+            ),
         ]
         return m

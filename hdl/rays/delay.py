@@ -11,11 +11,15 @@ REGISTERS = 3  # a longer delay is a memory
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """A value of a pipeline, and how many cycles after the input it is there."""
+    """A value of a pipeline, and how many cycles after the input it is there.
+
+    One that is steady does not change while anything that depends on it is under way.
+    """
 
     name: str
     value: Value | data.View
     cycle: int
+    steady: bool = False
 
 
 class Pipeline:
@@ -34,15 +38,19 @@ class Pipeline:
         self._delayed: dict[tuple[Timed, int], Value | data.View] = {}
 
     def input(self, name: str, value) -> Timed:
-        """A value that is there in cycle 0, or a constant."""
+        """A value that is there in cycle 0."""
         return Timed(name, value, 0)
+
+    def steady(self, name: str, value) -> Timed:
+        """A value that does not change while anything that depends on it is under way."""
+        return Timed(name, value, 0, steady=True)
 
     def at(self, x: Timed, cycle: int) -> Value | data.View:
         """A value as it is in a cycle not before its own."""
         wait = cycle - x.cycle
         if wait < 0:
             raise ValueError(f"{x.name} is there in cycle {x.cycle}, not in {cycle}")
-        if wait == 0 or isinstance(x.value, data.Const):
+        if wait == 0 or x.steady:
             return x.value
         if (x, wait) not in self._delayed:
             make = self._register if wait <= REGISTERS else self._memory

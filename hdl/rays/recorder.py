@@ -1,7 +1,7 @@
-"""Writes hits to memory, in the order of the rays there."""
+"""Writes hits to memory, in the order in which their packets began."""
 
 from amaranth import *
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
@@ -11,13 +11,10 @@ from hdl.rays.packet import RAYS, hit
 from hdl.rays.stack import packet_bits
 
 
-def begun(config: Config) -> data.StructLayout:
-    """A packet that begins, and its place among those in memory."""
-    return data.StructLayout({"packet": packet_bits(config), "index": config.address_bits})
-
-
 class Recorder(wiring.Component):
-    """Writes the hits of packets, a word a ray at the ray's index; one a cycle, one cycle each.
+    """Writes the hits of packets, a word a ray: those of the first packet, of the second, ...
+
+    One a cycle, each after one cycle.
 
     Parameters
     ----------
@@ -25,41 +22,51 @@ class Recorder(wiring.Component):
 
     Members
     -------
-    base : In(address), of the hit of ray 0; constant while packets are under way
-    i_begun : In(stream of begun), taken at once
+    base : In(address), of the hit of the first ray; constant while packets are under way
+    clear : In(1), the next packet is the first
+    i_begun : In(stream of packets) that begin, taken at once
     i : In(stream of {packet, number, hit}), the four of a packet in order
     o_free : Out(stream of packets), written as a whole; has to be taken at once
+    written : Out(32), packets since the last clear
     port : Out(Port), writes only
     """
 
     base: Signal
+    clear: Signal
     i_begun: stream.Interface
     i: stream.Interface
     o_free: stream.Interface
+    written: Signal
     port: PortInterface
 
     def __init__(self, config: Config):
         self.config = config
+        packet = packet_bits(config)
         super().__init__({
             "base": In(config.address_bits),
-            "i_begun": In(stream.Signature(begun(config), always_ready=True)),
+            "clear": In(1),
+            "i_begun": In(stream.Signature(packet, always_ready=True)),
             "i": In(stream.Signature(numbered(config, {"hit": hit(config.fmt)}))),
-            "o_free": Out(stream.Signature(packet_bits(config))),
+            "o_free": Out(stream.Signature(packet, always_ready=True)),
+            "written": Out(32),
             "port": Out(Port(config)),
         })
 
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.indices = indices = memory.Memory(
+        m.submodules.places = places = memory.Memory(
             shape=self.config.address_bits, depth=self.config.packets, init=[]
         )
-        writes, reads = indices.write_port(), indices.read_port()
+        writes, reads = places.write_port(), places.read_port()
+        begun = Signal.like(self.written)
         m.d.comb += [
             writes.en.eq(self.i_begun.valid),
-            writes.addr.eq(self.i_begun.p.packet),
-            writes.data.eq(self.i_begun.p.index),
+            writes.addr.eq(self.i_begun.p),
+            writes.data.eq(begun),
         ]
+        m.d.sync += begun.eq(Mux(self.clear, 0, begun + self.i_begun.valid))
+        m.d.sync += self.written.eq(Mux(self.clear, 0, self.written + self.o_free.valid))
 
         # A hit waits for a cycle, until it is known where it goes.
         request = self.port.request
@@ -74,7 +81,7 @@ class Recorder(wiring.Component):
             request.p.mask.eq(~0),
             request.p.data.eq(waiting.hit),
             self.o_free.valid.eq(request.valid & request.ready & (waiting.number == RAYS - 1)),
-            self.o_free.payload.eq(waiting.packet),
+            self.o_free.p.eq(waiting.packet),
         ]
         with m.If(step):
             m.d.sync += [request.valid.eq(self.i.valid), waiting.eq(self.i.p)]

@@ -1,5 +1,7 @@
 """What of a ray is computed once, before it meets a node."""
 
+from collections.abc import Sequence
+
 from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -8,12 +10,11 @@ from hdl.config import Config
 from hdl.fp.add import Add
 from hdl.fp.format import FloatFormat, Rounding
 from hdl.fp.mul import Mul
-from hdl.fp.recip import STEPS, Recip
+from hdl.fp.recip import Recip, RecipBounds
 from hdl.rays import step
-from hdl.rays.delay import Pipeline, Timed
-from hdl.rays.hits import numbered
+from hdl.rays.delay import Pipeline
 from hdl.rays.packet import RAYS, ray, slab_ray
-from hdl.rays.stack import start
+from hdl.rays.stack import packet_bits, start
 from hdl.rays.tester import tester_ray
 
 AXES = "xyz"
@@ -22,15 +23,15 @@ MARGIN_ULPS = 32
 
 
 def setup_ray(config: Config) -> data.StructLayout:
-    """A ray of a packet."""
-    return numbered(config, {"ray": ray(config.fmt)})
+    """A ray, and its number in its packet."""
+    return data.StructLayout({"number": range(RAYS), "ray": ray(config.fmt)})
 
 
 class Setup(wiring.Component):
-    """Prepares the rays of packets for planes and triangles, an axis of a ray a cycle.
+    """Prepares the rays of packets for planes and triangles: a ray a cycle, a packet in 5.
 
-    A packet in 16 cycles; it starts when all that is known of it has been taken, `latency` cycles
-    after its last ray if nothing waits.
+    A packet starts when all else that is known of it has been taken, `latency` cycles after its
+    last ray if nothing waits. It has no number before: rays wait here, prepared, until one is free.
 
     - margin = MARGIN_ULPS half ulps of 1 + the largest |origin|, rounded up twice
     - above, below: origin + margin up, origin - margin down
@@ -38,7 +39,7 @@ class Setup(wiring.Component):
     - z of the sheared space is the axis of the largest |direction|, the first of equal ones
     - shear: z the inverse down, x and y the direction times that, to nearest
 
-    A multiplier (that of the margin is by a power of two), 3 adders, 2 reciprocals.
+    2 multipliers (that of the margin is by a power of two), 7 adders, 3 reciprocals.
 
     Parameters
     ----------
@@ -47,23 +48,26 @@ class Setup(wiring.Component):
     Members
     -------
     i : In(stream of setup_ray), the four of a packet follow each other, in order
+    i_packets : In(stream of packets) that are free, taken with the last ray
     o_slabs : Out(stream of step.setup), three a packet
     o_rays : Out(stream of tester_ray), four a packet
     o_starts : Out(stream of start)
     """
 
     i: stream.Interface
+    i_packets: stream.Interface
     o_slabs: stream.Interface
     o_rays: stream.Interface
     o_starts: stream.Interface
 
     def __init__(self, config: Config):
         self.config = config
-        recip = -(-(config.fmt.man_bits + 2) // STEPS) + 1
-        self.last = Mul.latency + max(1 + 2 * Add.latency, 2 + recip)
+        margin = 1 + Add.latency + Mul.latency
+        self.last = max(margin + Add.latency, Recip.latency_of(config.fmt) + 1 + Mul.latency)
         self.latency = self.last + 4
         super().__init__({
             "i": In(stream.Signature(setup_ray(config))),
+            "i_packets": In(stream.Signature(packet_bits(config))),
             "o_slabs": Out(stream.Signature(step.setup(config))),
             "o_rays": Out(stream.Signature(tester_ray(config))),
             "o_starts": Out(stream.Signature(start(config))),
@@ -72,123 +76,125 @@ class Setup(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # A ray stays for three cycles: axis z, then x and y.
-        turn, go = Signal(range(3)), Signal()
+        go = Signal()
         p = Pipeline()
         m.submodules.pipeline = EnableInserter(go)(p.m)
-        m.d.comb += self.i.ready.eq(go & (turn == 2))
-        with m.If(go & self.i.valid):
-            m.d.sync += turn.eq(Mux(turn == 2, 0, turn + 1))
-        found = self._pipeline(p, turn)
-        found = {name: p.at(x, self.last) for name, x in found.items()}
+        ray = self._pipeline(p)
         valid = Signal(self.last)
         with m.If(go):
             m.d.sync += valid.eq(Cat(self.i.valid, valid))
+        m.d.comb += self.i.ready.eq(go)
 
-        # What comes is put together: a ray for the tester, an axis for the planes.
-        slabs = data.ArrayLayout(slab_ray(self.config.fmt), RAYS)
-        m.submodules.slabs = rows = memory.Memory(shape=slabs, depth=3, init=[])
-        write, read = rows.write_port(granularity=1), rows.read_port(domain="comb")
-        out, axis, number = self.o_rays, Signal(range(3)), found["number"]
-        take = Signal()
+        # A ray goes to the tester as it is. Its slabs wait for those of its packet, in two places
+        # in turn, so that those of a packet go while those of the next one come.
+        packets, out, slabs, starts = self.i_packets, self.o_rays, self.o_slabs, self.o_starts
+        number, ends = ray["number"], ray["number"] == RAYS - 1
+        take, place, going = Signal(), Signal(), Signal()  # going: slabs, then the start
+        intervals = Signal.like(starts.p.intervals, reset_less=True)
+        axis = Signal(range(3))
+        lanes = data.ArrayLayout(slab_ray(self.config.fmt), RAYS)
+        rows = []
+        for a in AXES:
+            kept = memory.Memory(shape=lanes, depth=2, init=[])
+            m.submodules[f"slabs_{a}"] = kept
+            write, read = kept.write_port(granularity=1), kept.read_port(domain="comb")
+            m.d.comb += [
+                write.en.eq(Cat(take & (number == k) for k in range(RAYS))),
+                write.addr.eq(place),
+                read.addr.eq(~place),
+                *(lane[f].eq(ray[f, a]) for lane in write.data for f, _ in lane.shape()),
+            ]
+            rows.append(read.data.as_value())
         m.d.comb += [
-            write.en.eq(Cat(take & (number == k) for k in range(RAYS))),
-            write.addr.eq(found["axis"]),
-            read.addr.eq(axis),
-            self.o_slabs.p.axis.eq(axis),
-            self.o_slabs.p.rays.eq(read.data),
-            self.o_slabs.p.packet.eq(out.p.packet),
-            self.o_starts.p.packet.eq(out.p.packet),
             go.eq(~valid[-1] | take),
+            take.eq(valid[-1] & packets.valid & (~out.valid | out.ready) & ~(ends & going)),
+            packets.ready.eq(take & ends),
+            slabs.p.axis.eq(axis),
+            slabs.p.rays.eq(Array(rows)[axis]),
+            slabs.p.packet.eq(starts.p.packet),
         ]
-        for lane in write.data:
-            m.d.comb += [lane[field].eq(found[field]) for field, _ in lane.shape()]
         with m.If(out.ready):
             m.d.sync += out.valid.eq(0)
         with m.If(take):
-            interval = self.o_starts.p.intervals[number]
             m.d.sync += [
-                out.p.packet.eq(found["packet"]),
+                out.valid.eq(1),
+                out.p.packet.eq(packets.p),
                 out.p.number.eq(number),
-                out.p.t_max.eq(found["t_max"]),
-                out.p.ray.t_min.eq(found["t_min"]),
-                interval.near.eq(found["t_min"]),
-                interval.far.eq(found["t_max"]),
+                out.p.t_max.eq(ray["t_max"]),
+                out.p.ray.t_min.eq(ray["t_min"]),
+                out.p.ray.axis.eq(ray["z"]),
+                *(out.p.ray.origin[a].eq(ray["origin", a]) for a in AXES),
+                *(out.p.ray.shear[a].eq(ray["shear", a]) for a in AXES),
+                intervals[number].near.eq(ray["t_min"]),
+                intervals[number].far.eq(ray["t_max"]),
             ]
-            with m.Switch(found["axis"]):
-                for k, name in enumerate(AXES):
-                    with m.Case(k):
-                        m.d.sync += out.p.ray.origin[name].eq(found["origin"])
-            with m.Switch(found["turn"]):
-                with m.Case(0):
-                    m.d.sync += [
-                        out.p.ray.axis.eq(found["axis"]),
-                        out.p.ray.shear.z.eq(found["inverse_down"]),
-                    ]
-                with m.Case(1):
-                    m.d.sync += out.p.ray.shear.x.eq(found["shear"])
-                with m.Case(2):
-                    m.d.sync += [out.p.ray.shear.y.eq(found["shear"]), out.valid.eq(1)]
 
-        # A packet is complete: its axes go, then it starts.
-        starting = Signal()
-        m.d.comb += [
-            take.eq(valid[-1] & ~self.o_slabs.valid & ~starting & (~out.valid | out.ready)),
-            self.o_starts.valid.eq(starting & ~out.valid),
-        ]
-        with m.If(take & (number == RAYS - 1) & (found["turn"] == 2)):
-            m.d.sync += self.o_slabs.valid.eq(1)
-        with m.If(self.o_slabs.valid & self.o_slabs.ready):
+        # A packet is complete: its slabs go, then it starts, when the tester has its last ray.
+        here = out.valid & (out.p.number == RAYS - 1)
+        m.d.comb += starts.valid.eq(going & ~slabs.valid & ~here)
+        with m.If(slabs.valid & slabs.ready):
             m.d.sync += axis.eq(Mux(axis == 2, 0, axis + 1))
             with m.If(axis == 2):
-                m.d.sync += [self.o_slabs.valid.eq(0), starting.eq(1)]
-        with m.If(self.o_starts.valid & self.o_starts.ready):
-            m.d.sync += starting.eq(0)
+                m.d.sync += slabs.valid.eq(0)
+        with m.If(starts.valid & starts.ready):
+            m.d.sync += going.eq(0)
+        with m.If(take & ends):
+            last = starts.p.intervals[RAYS - 1]
+            m.d.sync += [
+                place.eq(~place),
+                going.eq(1),
+                slabs.valid.eq(1),
+                starts.p.packet.eq(packets.p),
+                starts.p.intervals.eq(intervals),
+                last.near.eq(ray["t_min"]),
+                last.far.eq(ray["t_max"]),
+            ]
         return m
 
-    def _pipeline(self, p: Pipeline, which: Value) -> dict[str, Timed]:
-        """What there is of an axis of a ray."""
+    def _pipeline(self, p: Pipeline) -> dict:
+        """What there is of a ray in its last stage, by name, or by name and axis."""
         fmt, i = self.config.fmt, self.i.p
         mask = (1 << (fmt.bits - 1)) - 1
-        turn = p.input("turn", which)
-        found = {name: p.input(name, i[name]) for name in ("packet", "number")}
-        found |= {name: p.input(name, i.ray[name]) for name in ("t_min", "t_max")}
+        found = {name: p.input(name, i.ray[name]) for name in ("t_min", "t_max")}
+        found["number"] = p.input("number", i.number)
+        for name in ("origin", "direction"):
+            found |= {(name, a): p.input(f"{name}_{a}", i.ray[name][a]) for a in AXES}
 
         # stage 1: the largest of the origin and of the direction
-        vectors = {name: p.input(name, i.ray[name]) for name in ("origin", "direction")}
-        z = p.stage(p.apply("z", largest_axis, vectors["direction"]))
-        largest = p.apply("largest_axis", largest_axis, vectors["origin"])
-        largest = p.apply("largest", coordinate, vectors["origin"], largest)
-        largest = p.apply("magnitude", lambda x: x.as_value() & mask, largest)
-        # stage 2: the axis
-        axis = p.apply("axis", lambda z, turn: (z + turn - Mux(z + turn > 2, 3, 0))[:2], z, turn)
-        origin, direction = (
-            p.stage(p.apply(f"{name}_axis", coordinate, v, axis)) for name, v in vectors.items()
-        )
+        largest = pick(largest_axis(i.ray.origin), [i.ray.origin[a] for a in AXES])
+        largest = p.stage(p.input("largest", largest.as_value() & mask))
+        found["z"] = z = p.stage(p.input("z", largest_axis(i.ray.direction)))
 
         margin = scale(fmt, MARGIN_ULPS.bit_length() - 1 - (fmt.man_bits + 1))
-        one, factor = p.input("one", scale(fmt, 0)), p.input("factor", margin)
-        reach = p.unit("reach", Add(fmt, Rounding.UP), p.stage(largest), one)
+        one, factor = p.steady("one", scale(fmt, 0)), p.steady("factor", margin)
+        reach = p.unit("reach", Add(fmt, Rounding.UP), largest, one)
         margin = p.unit("margin", Mul(fmt, Rounding.UP), reach, factor)
         minus = p.apply("minus_margin", lambda x: x.as_value() | (1 << (fmt.bits - 1)), margin)
-        down = p.unit("down", Recip(fmt, Rounding.DOWN), direction)
+        for a in AXES:
+            origin, direction = found["origin", a], found["direction", a]
+            inverse = p.unit(f"inverse_{a}", RecipBounds(fmt), direction)
+            found |= {
+                ("above", a): p.unit(f"above_{a}", Add(fmt, Rounding.UP), origin, margin),
+                ("below", a): p.unit(f"below_{a}", Add(fmt, Rounding.DOWN), origin, minus),
+                ("inverse_down", a): p.apply(f"down_{a}", lambda x: x.down, inverse),
+                ("inverse_up", a): p.apply(f"up_{a}", lambda x: x.up, inverse),
+                ("negative", a): p.apply(f"negative_{a}", lambda x: x.sign, direction),
+            }
 
-        # The inverse of z stays for x and y.
-        shear_z = Signal(fmt.layout, reset_less=True)
-        with p.m.If(p.at(turn, down.cycle) == 0):
-            p.m.d.sync += shear_z.eq(down.value)
-        shear_z = Timed("shear_z", shear_z, down.cycle)
-        return found | {
-            "turn": turn,
-            "axis": axis,
-            "origin": origin,
-            "above": p.unit("above", Add(fmt, Rounding.UP), origin, margin),
-            "below": p.unit("below", Add(fmt, Rounding.DOWN), origin, minus),
-            "inverse_down": down,
-            "inverse_up": p.unit("up", Recip(fmt, Rounding.UP), direction),
-            "negative": p.apply("negative", lambda x: x.sign, direction),
-            "shear": p.unit("shear", Mul(fmt), direction, shear_z),
-        }
+        # after the inverses: the shear
+        def along(name, axes, z):
+            """Of three values that of axis z, behind a register."""
+            return p.stage(p.apply(name, lambda z, *x: pick(z, x), z, *axes))
+
+        inverses = [found["inverse_down", a] for a in AXES]
+        directions = [found["direction", a] for a in AXES]
+        found["shear", "z"] = shear = along("shear_z", inverses, z)
+        for k, a in enumerate("xy"):
+            turned = [directions[(axis + k + 1) % 3] for axis in range(3)]
+            found["shear", a] = p.unit(
+                f"shear_{a}", Mul(fmt), along(f"turned_{a}", turned, z), shear
+            )
+        return {name: p.at(x, self.last) for name, x in found.items()}
 
 
 def scale(fmt: FloatFormat, exponent: int) -> data.Const:
@@ -203,6 +209,6 @@ def largest_axis(v: data.View) -> Value:
     return Mux(y > x, Mux(z > y, 2, 1), Mux(z > x, 2, 0))
 
 
-def coordinate(v: data.View, axis: Value) -> data.View:
-    """A vector on an axis."""
-    return data.View(v.x.shape(), Array(v[a].as_value() for a in AXES)[axis])
+def pick(axis: Value, values: Sequence[data.View]) -> data.View:
+    """Of three floats that of an axis."""
+    return data.View(values[0].shape(), Array(x.as_value() for x in values)[axis])

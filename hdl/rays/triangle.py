@@ -9,7 +9,7 @@ from hdl.fp.add import Add
 from hdl.fp.cross import Cross
 from hdl.fp.format import FloatFormat
 from hdl.fp.mul import Mul
-from hdl.fp.recip import STEPS, Recip
+from hdl.fp.recip import Recip
 from hdl.rays.delay import Pipeline
 from hdl.rays.packet import sheared_ray
 
@@ -73,7 +73,7 @@ class Intersect(wiring.Component):
     def latency_of(fmt: FloatFormat) -> int:
         """The latency of an Intersect."""
         edges = 1 + Add.latency + Mul.latency + Add.latency + Cross.latency
-        recip = -(-(fmt.man_bits + 2) // STEPS) + 1
+        recip = Recip.latency_of(fmt.difference)
         return edges + 2 * Add.latency + max(recip, Mul.latency) + Mul.latency + 1
 
     def elaborate(self, platform):

@@ -37,11 +37,15 @@ class Image:
     corners: np.ndarray
 
     def __post_init__(self):
+        self.check_fits(self.size)
+
+    def check_fits(self, words: int):
+        """Refuse what takes more memory words than the configuration addresses."""
         limit = 1 << self.config.address_bits
-        if self.size > limit:
+        if words > limit:
             raise InputError(
-                f"the scene takes {self.size} memory words and the configuration addresses "
-                f"{limit}: use one with more address bits"
+                f"the scene takes {words} memory words and the configuration addresses {limit}: "
+                f"use one with more address bits"
             )
 
     @property

@@ -1,11 +1,76 @@
-"""Rays and hits as memory words."""
+"""Cameras as fields of a job, rays and hits as memory words."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from hdl.config import Config
+from hdl.fp.format import FloatFormat
 from hdl.rays.packet import hit, ray_word
 from hdl.records import vertex, word_bits
 from sim.compiler import fields
+from sim.errors import InputError
+
+
+def pixel_bits(fmt: FloatFormat) -> int:
+    """Bits of a column or row: of no more numbers than the format holds exactly."""
+    return min(fmt.man_bits + 1, fmt.bias + 1, 16)
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera in bit patterns, as hdl.rays.camera takes it.
+
+    Attributes
+    ----------
+    origin, corner, right, down : (3,) int64
+    width, height : int
+    t_min, t_max : int
+    """
+
+    origin: np.ndarray
+    corner: np.ndarray
+    right: np.ndarray
+    down: np.ndarray
+    width: int
+    height: int
+    t_min: int
+    t_max: int
+
+    @property
+    def packets(self) -> int:
+        """Packets of 2 x 2 pixels."""
+        return -(-self.width // 2) * -(-self.height // 2)
+
+
+def check_image(fmt: FloatFormat, width: int, height: int):
+    """Refuse an image of which a format does not count each column and row exactly.
+
+    Raises
+    ------
+    InputError
+        Says how many it counts.
+    """
+    most = (1 << pixel_bits(fmt)) - 1
+    if not (1 <= width <= most and 1 <= height <= most):
+        raise InputError(
+            f"an image of {width} x {height} pixels: with format {fmt} the camera counts 1 to "
+            f"{most} columns and rows"
+        )
+
+
+def image_fields(config: Config, view: View) -> dict:
+    """Fields of hdl.rays.camera.image, for an image that `check_image` passes."""
+
+    def number(bits):
+        return config.fmt.layout.from_bits(int(bits))
+
+    vectors = {
+        name: dict(zip("xyz", map(number, getattr(view, name)), strict=True))
+        for name in ("origin", "corner", "right", "down")
+    }
+    limits = {"t_min": number(view.t_min), "t_max": number(view.t_max)}
+    return {**vectors, "width": view.width, "height": view.height, **limits}
 
 
 def ray_words(

@@ -8,20 +8,22 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.memory.port import PortInterface
+from hdl.memory.port import Port, PortInterface
 from hdl.records import word_bits
 
 MEMORY_MODEL = Path(__file__).parent / "memory_model.v"
 
 
 class Unit(Protocol):
-    """A component that takes jobs, is busy, counts, and reaches memory by a port."""
+    """A component that takes jobs, is busy, counts, and reaches memory by ports."""
 
     config: Config
     i: stream.Interface
     busy: Signal
     counters: data.View
-    port: PortInterface
+
+    @property
+    def signature(self) -> wiring.Signature: ...
 
     def elaborate(self, platform) -> Module: ...
 
@@ -74,23 +76,36 @@ class Bench(wiring.Component):
         m.submodules.unit = unit = self.unit
         wiring.connect(m, wiring.flipped(self.i), unit.i)
         m.d.comb += [self.busy.eq(unit.busy), self.counters.eq(unit.counters)]
-        request, response = unit.port.request, unit.port.response
+        ports: list[PortInterface] = [
+            getattr(unit, name)
+            for name, member in unit.signature.members.items()
+            if member.is_signature and isinstance(member.signature, Port)
+        ]
+        requests, responses = [p.request for p in ports], [p.response for p in ports]
+        request_ready, response_valid = Signal(len(ports)), Signal(len(ports))
+        response_data = Signal(len(ports) * word_bits(self.config.fmt))
+        m.d.comb += [
+            Cat(request.ready for request in requests).eq(request_ready),
+            Cat(response.valid for response in responses).eq(response_valid),
+            Cat(response.payload for response in responses).eq(response_data),
+        ]
         m.submodules.memory = Instance(
             "memory_model",
             p_ADDRESS_BITS=self.config.address_bits,
             p_WORD_BITS=word_bits(self.config.fmt),
+            p_PORTS=len(ports),
             p_SIZE=self.words,
             i_clk=ClockSignal(),
             i_rst=ResetSignal(),
-            i_request_valid=request.valid,
-            o_request_ready=request.ready,
-            i_request_address=request.p.address,
-            i_request_write=request.p.write,
-            i_request_mask=request.p.mask,
-            i_request_data=request.p.data,
-            o_response_valid=response.valid,
-            i_response_ready=response.ready,
-            o_response_data=response.payload,
+            i_request_valid=Cat(request.valid for request in requests),
+            o_request_ready=request_ready,
+            i_request_address=Cat(request.p.address for request in requests),
+            i_request_write=Cat(request.p.write for request in requests),
+            i_request_mask=Cat(request.p.mask for request in requests),
+            i_request_data=Cat(request.p.data for request in requests),
+            o_response_valid=response_valid,
+            i_response_ready=Cat(response.ready for response in responses),
+            o_response_data=response_data,
             **{f"i_{k}": getattr(self, k) for k in ("latency", "stall", "seed")},
             **{f"i_{k}": getattr(self, k) for k in ("load", "dump", "first", "last")},
             o_outside=self.outside,

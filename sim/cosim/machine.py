@@ -1,4 +1,4 @@
-"""The simulated machine, as a Python object that reads, writes and updates."""
+"""The simulated machine, as a Python object that reads, writes and runs jobs."""
 
 import shutil
 import socket
@@ -10,12 +10,17 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
+from amaranth.lib import data
 
 from hdl.config import Config
+from hdl.core import Core
 from hdl.records import word_bits
-from hdl.update.processor import UpdateProcessor, job
+from hdl.update.processor import UpdateProcessor
 from sim.cosim import verilate
-from sim.cosim.bench import MEMORY_MODEL, Bench, Unit
+from sim.cosim.bench import MEMORY_MODEL, Bench
+
+SLICE = 20_000
+"""Cycles between two looks at a job that runs."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class Timing:
 
 
 class Machine:
-    """The Verilog of an update processor and a memory, simulated in a process of its own.
+    """The Verilog of a unit and a memory, simulated in a process of its own.
 
     A context manager: the simulator ends with it. Words are rows of uint32, the lowest first.
 
@@ -58,13 +63,13 @@ class Machine:
     timing : Timing
     waves : Path, optional
         FST file for the waves of the whole run.
-    unit : class of Unit
-        What runs jobs.
+    unit : class
+        What runs jobs: the update processor alone, or the core.
 
     Raises
     ------
     SimulationError
-        The simulator does not build or start, or an update does not end.
+        The simulator does not build or start, or a job does not end.
     """
 
     def __init__(
@@ -73,15 +78,20 @@ class Machine:
         words: int,
         timing: Timing,
         waves: Path | None = None,
-        unit: Callable[[Config], Unit] = UpdateProcessor,
+        unit: type[UpdateProcessor] | type[Core] = UpdateProcessor,
     ):
         size = 1 << -(-max(words.bit_length(), 12) // 4) * 4
         bench = Bench(unit(config), min(size, 1 << config.address_bits))
         self.config = config
-        self._counters = bench.counters.shape()
+        self._job, self._counters = bench.i.payload.shape(), bench.counters.shape()
         self.timing = timing
         self._waves = waves
-        folder = verilate.build(bench, sources=[MEMORY_MODEL], waves=waves is not None)
+        folder = verilate.build(
+            bench,
+            sources=[MEMORY_MODEL],
+            waves=waves is not None,
+            identity=f"{unit.__module__} {unit.__qualname__} {config} {bench.words}",
+        )
         self._work = tempfile.TemporaryDirectory(prefix="bkdtree-")
         self._error: Exception | None = None
         path = Path(self._work.name) / "socket"
@@ -171,29 +181,57 @@ class Machine:
     ) -> dict[str, int]:
         """Run a program of `length` instructions; addresses in words. Its counters, in cycles.
 
+        For a machine of the update processor alone.
+
         Raises
         ------
         SimulationError
             It uses an address outside of the memory, or does not end within `most_cycles`: if
             not given, many times of what the slowest program takes on this memory.
         """
-        if most_cycles is None:
-            worst = 8 * (self.timing.latency + 40) / (1 - self.timing.stalls) ** 2
-            most_cycles = 10_000 + int(length * worst)
-        request = job(self.config).const({
+        job = {
             "program": {"address": program, "length": length},
             "vertices": vertices,
             "nodes": nodes,
-        })
-        return self.run(request.as_bits(), most_cycles)
+        }
+        return self.run(job, most_cycles or self.slowest_update(length))
 
-    def run(self, job: int, most_cycles: int) -> dict[str, int]:
-        """Run a job, as the bits of its layout. The unit's counters.
+    def slowest_update(self, length: int) -> int:
+        """Many times of the cycles that the slowest program of a length takes."""
+        worst = 8 * (self.timing.latency + 40) / (1 - self.timing.stalls) ** 2
+        return 10_000 + int(length * worst)
+
+    def run(
+        self,
+        job: dict,
+        most_cycles: int,
+        tick: Callable[[dict], None] = lambda _: None,
+    ) -> dict:
+        """Run a job, given by the fields of its layout. The unit's counters, likewise.
+
+        Now and then `tick` is told what they are by then.
 
         Raises
         ------
         SimulationError
             It uses an address outside of the memory, or does not end within `most_cycles`.
         """
-        counters = self._counters.from_bits(self._call("run", job, most_cycles))
-        return {name: getattr(counters, name) for name, _ in self._counters}
+        given = most_cycles
+        self._call("start", self._job.const(job).as_bits())
+        while True:
+            cycles = min(SLICE, most_cycles)
+            most_cycles -= cycles
+            ended, bits = self._call("wait", cycles)
+            counters = _figures(self._counters.from_bits(bits))
+            if ended:
+                return counters
+            if not most_cycles:
+                self.reset(self.timing)
+                raise verilate.SimulationError(f"the job did not end within {given} cycles")
+            tick(counters)
+
+
+def _figures(view: data.Const) -> dict:
+    """Numbers by their names, in dictionaries where layouts hold layouts."""
+    fields = ((name, view[name]) for name, _ in view.shape())
+    return {k: v if isinstance(v, int) else _figures(v) for k, v in fields}

@@ -18,6 +18,8 @@ from cocotb_tools.check_results import get_results
 from filelock import FileLock
 from platformdirs import user_cache_path
 
+import hdl
+
 TOP = "dut"
 WAVES = "waves.fst"
 # As cocotb users know it. Taken away, since cocotb's runner would heed it over its argument.
@@ -85,25 +87,50 @@ def cache_folder() -> Path:
     return Path(os.environ.get("BKDTREE_CACHE", default))
 
 
-def build(component, *, sources: Sequence[Path] = (), waves: bool = False) -> Path:
+def build(
+    component, *, sources: Sequence[Path] = (), waves: bool = False, identity: str | None = None
+) -> Path:
     """Folder of the compiled simulator of a component and of Verilog files that it instances.
 
     Built once for each content, simulator and version of the tools; processes that want the same
-    one at the same time wait for the first. Takes 5 to 30 seconds when it is new.
+    one at the same time wait for the first. Takes 5 to 60 seconds when it is new.
+
+    Verilog of a large component takes seconds to write. An `identity`, which has to name all that
+    `component` was made with, saves that from the second time on, until a design file changes.
 
     Raises
     ------
     SimulationError
         The simulator or the C++ compiler is missing, or reports an error; says which.
     """
-    texts = [verilog.convert(component, name=TOP, emit_src=False, strip_internal_attrs=not waves)]
-    texts += [source.read_text() for source in sources]
-    folder = cache_folder() / _key(waves, *texts)
+    beside = [source.read_text() for source in sources]
+    known = identity and cache_folder() / f"known-{_key(waves, identity, *_design(), *beside)}"
+    if known and known.exists() and (folder := cache_folder() / known.read_text()).exists():
+        return folder
+    text = verilog.convert(component, name=TOP, emit_src=False, strip_internal_attrs=not waves)
+    if simulator() == "icarus":
+        # Blocks wait for a change, and the one that Yosys means to make at time 0 comes before
+        # Icarus's blocks wait: what depends on nothing else that changes would stay unknown.
+        text = re.sub(
+            r"reg (\\\$auto\$verilog_backend\S+)\s+= 0;", r"reg \1 ; initial \1 <= 0;", text
+        )
+    folder = cache_folder() / _key(waves, text, *beside)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(folder.with_suffix(".lock")):
         if not folder.exists():
-            _compile(texts, folder, waves)
+            _compile([text, *beside], folder, waves)
+    if known:
+        new = known.with_suffix(f".{os.getpid()}")  # whole, whoever reads it meanwhile
+        new.write_text(folder.name)
+        new.replace(known)
     return folder
+
+
+def _design() -> list[str]:
+    """All that the Verilog of a component of ours depends on, but for what it is made with."""
+    folders = Path(hdl.__file__).parent, Path(__file__).parent
+    files = sorted(file for folder in folders for file in folder.rglob("*.py"))
+    return [importlib.metadata.version("amaranth"), *(file.read_text() for file in files)]
 
 
 def _key(waves: bool, *texts: str) -> str:

@@ -1,16 +1,25 @@
 """Reports as tables of at most 80 columns."""
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from rich import box
 from rich.table import Table
 
+from sim.report.render import RenderReport
+from sim.report.replay import ReplayReport
 from sim.report.update import UpdateReport
 
 
 def table(title: str, rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> Table:
     """A table whose first column is names and whose others are figures."""
-    shown = Table(title=title, title_justify="left", box=box.SIMPLE, show_header=bool(header))
+    shown = Table(
+        title=title,
+        title_justify="left",
+        box=box.SIMPLE,
+        show_header=bool(header),
+        min_width=min(len(title), 80),
+    )
     rows = [tuple(row) for row in rows]
     for column in range(len(rows[0])):
         name = header[column] if header else ""
@@ -58,3 +67,97 @@ CAUSES = {
     "write": "for the memory port, to write nodes",
     "drain": "for the last nodes to be written",
 }
+
+
+def render_tables(report: RenderReport, picture: Path) -> list[Table]:
+    """What `bkd-sim render` prints."""
+    frames = f"{report.frames[0]}" + (f" to {report.frames[-1]}" if report.frames[1:] else "")
+    shadows = f", {report.shadow_rays:,} of them to the lamp" if report.shadow_rays else ""
+    if report.updates:
+        update = f"{report.update_cycles:,}: {report.update_share:.1%} of all"
+    else:
+        update = "none: no vertex has moved"
+    run = [
+        ("picture", f"{picture}"),
+        ("triangles", f"{report.triangles:,}"),
+        ("frames", frames),
+        ("rays", f"{report.rays:,}{shadows}"),
+        ("camera rays that hit", f"{report.hit_fraction:.1%}"),
+        ("hits and words that are not the model's", f"{report.model_mismatches:,}"),
+        ("steps a packet", f"{report.steps_per_packet:.2f}"),
+        ("triangle tests a ray", f"{report.triangle_tests_per_ray:.2f}"),
+        ("cycles of updates", update),
+        *(
+            (f"cache of {kind}: hits", f"{_share(cache):.2%}")
+            for kind, cache in report.cache.items()
+            if report.memory == "dram"
+        ),
+        ("simulated in", f"{report.wall_seconds:.1f} s"),
+    ]
+    memory = {
+        "dram": f"{report.latency} cycles of latency, 2 caches of {report.cache_words:,} words",
+        "banks": f"banks on the chip, {report.latency} cycles of latency",
+    }[report.memory]
+    waits = report.stall_cycles["rays"]
+    steps = report.cycles - sum(waits.values())
+    cycles = [("packets at nodes", steps)]
+    cycles += [(f"waiting: {WAITS[cause]}", count) for cause, count in waits.items()]
+    return [
+        table(f"{report.scene}: float {report.format}, {memory}", run),
+        table(
+            "Where the cycles go",
+            [(name, f"{count / report.rays:.3f}") for name, count in cycles]
+            + [("in all", f"{report.cycles_per_ray:.3f}"), ("the 2006 board", "8.3 to 33")],
+            header=("", "cycles a ray"),
+        ),
+        taxonomy_table({"exact first hits": report.oracle}),
+    ]
+
+
+def replay_tables(report: ReplayReport) -> list[Table]:
+    """What `bkd-sim replay` prints."""
+    run = [
+        ("rays", f"{report.rays:,}"),
+        ("cycles a ray", f"{report.cycles_per_ray:.3f}"),
+        ("simulated in", f"{report.wall_seconds:.1f} s"),
+    ]
+    title = f"{report.scene}: float {report.format}, {report.memory}, latency {report.latency}"
+    against = {
+        "the recording": report.recorded,
+        "the model": report.model,
+        "exact first hits": report.oracle,
+    }
+    return [table(title, run), taxonomy_table(against)]
+
+
+def taxonomy_table(against: dict[str, dict]) -> Table:
+    """Hits of the Verilog, by how they differ from those of others."""
+    rows = [
+        (name, *(f"{counts[kind]:,}" for counts in against.values()))
+        for kind, name in CLASS_NAMES.items()
+    ]
+    unexplained = (counts.get("unexplained") for counts in against.values())
+    shown = ["" if count is None else f"{count:,}" for count in unexplained]
+    rows.append(("not explained by rounding", *shown))
+    return table("Hits of the Verilog against", rows, header=("", *against))
+
+
+CLASS_NAMES = {
+    "same_bits": "the same bits",
+    "same_triangle": "the same triangle, other bits",
+    "tie": "another triangle, equally far",
+    "hit_became_miss": "a hit became a miss",
+    "miss_became_hit": "a miss became a hit",
+    "nearer": "a nearer hit",
+    "farther": "a farther hit",
+}
+WAITS = {
+    "nodes": "for nodes from memory",
+    "tests": "for triangle tests",
+    "loop": "for packets on their way from node to node",
+    "rays": "for rays to be prepared",
+}
+
+
+def _share(cache: dict[str, int]) -> float:
+    return cache["hits"] / max(cache["hits"] + cache["misses"], 1)

@@ -12,8 +12,8 @@ from sim.model.refit import refit
 from sim.model.update import execute
 from sim.prepare import Prepared
 from sim.report.mismatch import describe, mismatches
-from sim.tree import cost
 from sim.tree.build import build
+from sim.tree.cost import pose_cost
 
 SHOWN = 10
 """Mismatches that a report describes."""
@@ -149,9 +149,5 @@ def _compare(report: UpdateReport, frame: int, image, expected: np.ndarray, foun
 
 def _sah_ratio(prepared: Prepared, frame: int, builder: str) -> float:
     vertices, faces = prepared.scene.pose(frame), prepared.scene.faces
-    box = np.stack([vertices[faces].min(axis=(0, 1)), vertices[faces].max(axis=(0, 1))])
-
-    def of(tree):
-        return cost.cost(tree, cost.refit(tree, vertices, faces), box)
-
-    return of(prepared.tree) / of(build(vertices, faces, builder))
+    rebuilt = pose_cost(build(vertices, faces, builder), vertices, faces)
+    return pose_cost(prepared.tree, vertices, faces) / rebuilt

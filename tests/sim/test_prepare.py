@@ -82,13 +82,15 @@ def test_builders(builder):
     assert len(prepared.tree.axis) == len(prepared.image.order.axis) == 79
 
 
-def test_tree_is_built_over_the_first_chosen_frame():
-    """A scene whose first frame is flat: the tree of the second one is another."""
+def test_tree_is_built_over_chosen_frames():
+    """A scene whose first frame is flat: a tree over that alone needs one axis only."""
     vertices, faces = icosphere(2)
-    scene = Scene("flat", faces, 2, lambda frame: vertices * [1, frame, frame])
-    first, second = (prepare(scene, FULL, frames=range(k, 2)) for k in range(2))
-    assert (first.tree.axis == 0).all()
-    assert (second.tree.axis != 0).any()
+    scene = Scene("flat", faces, 12, lambda frame: vertices * [1, min(frame, 1), min(frame, 1)])
+    first = prepare(scene, FULL, frames=range(1))
+    assert first.poses == [0] and (first.tree.axis == 0).all()
+    some = prepare(scene, FULL)
+    assert some.poses == [0, 4, 8] and (some.tree.axis != 0).any()
+    assert prepare(scene, FULL, frames=range(3, 5)).poses == [3, 4]
 
 
 def test_format_too_narrow_names_frame_and_vertex():

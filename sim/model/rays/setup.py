@@ -15,14 +15,15 @@ ORIGIN, ABOVE, BELOW, INVERSE_DOWN, INVERSE_UP, NEGATIVE = range(0, 18, 3)
 AXIS_Z, SHEAR_X, SHEAR_Y, SHEAR_Z = range(18, 22)
 COLUMNS = 22
 
-MARGIN_ULPS = 32
-"""Half ulps of the largest distance that boxes grow by.
+ROUNDING_ULPS = 18
+"""Half ulps of the largest distance by which the triangle test's rounding moves a point on an axis.
 
-The triangle test rounds. Where it finds a hit, the exact ray may pass the exact triangle at a
-distance of up to 18 half ulps of the largest distance between the ray's origin and the scene: 8
-from the sheared vertices, 10 from t. A box that is larger by more than that is entered by every
-ray that hits what is in it, so the order of traversal never changes a hit.
+The distance is that between the ray's origin and the scene, on an axis. 8 come from the sheared
+vertices, 10 from t: where the test finds a hit, the exact ray passes the exact triangle this near.
 """
+MARGIN_ULPS = 32
+"""Half ulps of the largest distance that boxes grow by: above ROUNDING_ULPS, so that every ray that
+hits a triangle enters the boxes around it, and the order of traversal never changes a hit."""
 
 
 def margin_scale(fmt: FloatFormat) -> int:

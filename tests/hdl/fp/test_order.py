@@ -13,8 +13,9 @@ from cocotb.triggers import Timer
 from hdl.fp.format import F24, FloatFormat
 from hdl.fp.order import less, order_key
 from sim.model.fp import order as model
-from tests.harness import SideBySide, float_difference, run_cocotb
+from tests.harness import SideBySide, run_cocotb
 from tests.hdl.fp.operands import operands
+from tests.payloads import float_difference
 
 FORMATS = {"narrowest": FloatFormat(2, 1), "small": FloatFormat(3, 2), "f24": F24}
 

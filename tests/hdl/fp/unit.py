@@ -1,11 +1,11 @@
 """Checks a float unit, as Verilog, against its model: what the tests of all of them share."""
 
-import cocotb
 import numpy as np
 
 from hdl.fp.format import F24, FloatFormat, Rounding
 from sim.cosim.verilate import simulator
-from tests.harness import float_difference, now, put, start, take
+from tests.payloads import float_difference
+from tests.pipeline import check_pipeline
 from tests.sim.model.fp.operands import classes, every
 
 TINY = FloatFormat(3, 3)
@@ -35,19 +35,13 @@ def columns_of(fmt: FloatFormat, rng, columns: int, corners, stalls: bool) -> np
 async def check(dut, name, latency, fmt, to, columns, expected, idle, busy):
     """Compare what unit `name` makes of rows of operands with what its model does.
 
-    Without stalls, the last comes `latency` cycles after it was taken, and one a cycle.
+    Without stalls they come one a cycle, each `latency` cycles after it was taken.
     """
-    i, o = f"{name}__i", f"{name}__o"
     rows = columns.T.tolist()
     inputs = [sum(x << k * fmt.bits for k, x in enumerate(row)) for row in rows]
-    await start(dut, **{f"{i}__valid": 0, f"{o}__ready": 0})
-    begin = now()
-    cocotb.start_soon(put(dut, i, inputs, idle))
-    found = await take(dut, o, len(inputs), busy)
-    end = now()
-    for row, want, got in zip(rows, expected.tolist(), found, strict=True):
-        assert got == want, (
-            f"{name} of {' '.join(f'{x:x}' for x in row)}: {float_difference(to, got, want)}"
-        )
-    if not idle and not busy:
-        assert end - begin == len(inputs) + latency, "one a cycle"
+
+    def explain(k, got, want):
+        operands = " ".join(f"{x:x}" for x in rows[k])
+        return f"{name} of {operands}: {float_difference(to, got, want)}"
+
+    await check_pipeline(dut, name, latency, inputs, expected.tolist(), explain, idle, busy)

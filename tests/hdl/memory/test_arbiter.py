@@ -12,19 +12,10 @@ from cocotb.triggers import RisingEdge
 from hdl.memory.arbiter import Arbiter
 from hdl.memory.port import request
 from hdl.records import word_bits
-from tests.harness import (
-    CONFIGS,
-    Memory,
-    Request,
-    SideBySide,
-    now,
-    put,
-    run_cocotb,
-    start,
-    take,
-    unpack,
-    written,
-)
+from tests.harness import CONFIGS, SideBySide, run_cocotb
+from tests.memory import Memory, Request, written
+from tests.payloads import unpack
+from tests.streams import now, put, start, take
 
 CONFIG = CONFIGS["tiny"]
 LAYOUT = request(CONFIG)

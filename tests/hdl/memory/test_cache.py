@@ -9,7 +9,9 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from hdl.memory.cache import Cache
 from hdl.records import word_bits
-from tests.harness import CONFIGS, Memory, now, put, run_cocotb, start, take
+from tests.harness import CONFIGS, run_cocotb
+from tests.memory import Memory
+from tests.streams import now, put, start, take
 
 CONFIG = CONFIGS["tiny"]
 WORDS, TAGS, MISSES = 16, 8, 4

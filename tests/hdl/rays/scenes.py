@@ -12,13 +12,30 @@ from sim.compiler.order import Order, order
 from sim.model.fp.format import encode
 from sim.model.fp.order import from_key, order_key
 from sim.model.rays.planes import clip_bits
-from sim.model.rays.setup import COLUMNS, one, setup_bits
+from sim.model.rays.setup import (
+    ABOVE,
+    BELOW,
+    COLUMNS,
+    INVERSE_DOWN,
+    INVERSE_UP,
+    NEGATIVE,
+    one,
+    setup_bits,
+)
 from sim.model.rays.triangle import intersect_bits
 from sim.model.refit import refit
 from sim.tree.build import build
 from tests.hdl.fp.operands import weighted
 
 RAYS = 4
+SLAB = {
+    "above": ABOVE,
+    "below": BELOW,
+    "inverse_down": INVERSE_DOWN,
+    "inverse_up": INVERSE_UP,
+    "negative": NEGATIVE,
+}
+"""Columns of a row of sim.model.rays.setup that planes meet, on axis x; y and z follow."""
 
 
 @dataclass(frozen=True)

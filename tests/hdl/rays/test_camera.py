@@ -5,6 +5,7 @@ import os
 import cocotb
 import numpy as np
 import pytest
+from cocotb.triggers import RisingEdge
 
 from hdl.config import Config
 from hdl.fp.format import F24, FloatFormat
@@ -13,8 +14,10 @@ from hdl.rays.packet import RAYS
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import encode
 from sim.model.rays.camera import camera
-from tests.harness import SideBySide, difference, now, pack, put, run_cocotb, start, take, unbuilt
+from tests.harness import one_of, run_cocotb, unbuilt
 from tests.hdl.fp.operands import weighted
+from tests.payloads import difference, pack
+from tests.streams import now, put, start, take
 
 CONFIGS = {
     "smallest": Config(FloatFormat(2, 1), packets=1),
@@ -25,13 +28,14 @@ SIZES = [(1, 1), (2, 3), (3, 2), (6, 5), (1, 7), (7, 1)]
 WIDE = [(4001, 1), (1, 1025)]
 
 
-def cases(config: Config, rng, sizes) -> dict[str, tuple]:
-    """For each stream, its layout, and its payloads by the model."""
+def cases(config: Config, rng, sizes) -> tuple[dict[str, tuple], list[int]]:
+    """For each stream, its layout, and its payloads by the model; and the rays of each image."""
     fmt = config.fmt
     most = (1 << pixel_bits(fmt)) - 1
-    rows = {"i": [], "i_packets": [], "o": []}
+    rows = {"i": [], "o": []}
     unit = unbuilt(Camera(config))
     layouts = {port: getattr(unit, port).payload.shape() for port in rows}
+    counts = []
     for size in sizes:
         width, height = (min(n, most) for n in size)
         vectors = encode(fmt, rng.uniform(-1, 1, (4, 3)))
@@ -39,7 +43,7 @@ def cases(config: Config, rng, sizes) -> dict[str, tuple]:
             vectors = weighted(fmt, rng, 4, 3)
         t_min, t_max = rng.integers(0, 1 << fmt.bits, 2)
         rays = camera(fmt, *vectors, width, height, t_min, t_max)
-        packets = rng.integers(0, config.packets, len(rays.pixels) // RAYS)
+        counts.append(len(rays.pixels))
         names = ("origin", "corner", "right", "down")
         by_axis = {
             f"{name}.{a}": [vector[k]]
@@ -48,34 +52,47 @@ def cases(config: Config, rng, sizes) -> dict[str, tuple]:
         }
         limits = {"width": [width], "height": [height], "t_min": [t_min], "t_max": [t_max]}
         rows["i"] += pack(layouts["i"], fmt, by_axis | limits)
-        rows["i_packets"] += packets.tolist()
-        columns = {"packet": packets.repeat(RAYS), "number": np.arange(len(rays.pixels)) % RAYS}
+        columns = {"number": np.arange(len(rays.pixels)) % RAYS}
         columns |= {"ray.t_min": rays.t_min, "ray.t_max": rays.t_max}
         for k, a in enumerate("xyz"):
             columns[f"ray.origin.{a}"] = rays.origins[:, k]
             columns[f"ray.direction.{a}"] = rays.directions[:, k]
         rows["o"] += pack(layouts["o"], fmt, columns)
-    return {port: (layouts[port], rows[port]) for port in rows}
+    return {port: (layouts[port], rows[port]) for port in rows}, counts
+
+
+async def pulses(clk, signal, cycles: list[int]):
+    """Keep the cycles in which a signal is up."""
+    while True:
+        await RisingEdge(clk)
+        if signal.value:
+            cycles.append(now())
 
 
 async def compare(dut, sizes, idle, busy):
     name = os.environ["CONFIG"]
     config = CONFIGS[name]
-    streams = cases(config, np.random.default_rng(cocotb.RANDOM_SEED), sizes)
+    streams, rays_of_images = cases(config, np.random.default_rng(cocotb.RANDOM_SEED), sizes)
     await start(
         dut,
-        **{f"{name}__{port}__valid": 0 for port in ("i", "i_packets")},
-        **{f"{name}__o__ready": 0},
+        **{f"{name}__i__valid": 0, f"{name}__o__ready": 0},
     )
     begin, cycles = now(), []
-    cocotb.start_soon(put(dut, f"{name}__i", streams["i"][1]))
-    cocotb.start_soon(put(dut, f"{name}__i_packets", streams["i_packets"][1], idle))
+    given: list[int] = []
+    cocotb.start_soon(pulses(dut.clk, getattr(dut, f"{name}__gives"), given))
+    cocotb.start_soon(put(dut, f"{name}__i", streams["i"][1], idle))
     layout, expected = streams["o"]
     found = await take(dut, f"{name}__o", len(expected), busy, cycles)
     for k, (got, want) in enumerate(zip(found, expected, strict=True)):
         assert got == want, f"ray {k}: {difference(config.fmt, layout, got, want)}"
+    assert len(given) == len(found) // RAYS
     if not idle and not busy:
-        assert cycles == [begin + 1 + Camera.latency + 3 * k for k in range(len(found))]
+        expected = []
+        for count in rays_of_images:  # an image is taken with its last ray, then comes the next
+            begin += 1 + Camera.latency
+            expected += range(begin, begin + count)
+            begin = expected[-1]
+        assert cycles == expected
 
 
 @cocotb.test(timeout_time=10, timeout_unit="ms")
@@ -96,5 +113,4 @@ async def wide_and_high(dut):
 
 @pytest.mark.parametrize("name", CONFIGS)
 def test_equals_model(name, tmp_path, seed):
-    units = SideBySide({name: Camera(config) for name, config in CONFIGS.items()})
-    run_cocotb(units, __name__, tmp_path, seed=seed, CONFIG=name)
+    run_cocotb(one_of(Camera, CONFIGS, name), __name__, tmp_path, seed=seed, CONFIG=name)

@@ -19,8 +19,9 @@ from sim.model.rays.setup import (
     NEGATIVE,
     setup,
 )
-from tests.harness import SideBySide, difference, now, pack, put, run_cocotb, start, take, unbuilt
+from tests.harness import one_of, run_cocotb, unbuilt
 from tests.hdl.fp.operands import operands, specials, weighted
+from tests.pipeline import check_columns
 
 FORMATS = {"narrowest": FloatFormat(2, 1), "tiny": FloatFormat(3, 2), "f24": F24}
 
@@ -93,28 +94,15 @@ def model(fmt: FloatFormat, cases: dict[str, np.ndarray]) -> dict[str, np.ndarra
 @cocotb.parametrize(idle=[0.0, 0.3], busy=[0.0, 0.5])
 async def equals_model(dut, idle, busy):
     name = os.environ["FORMAT"]
-    fmt, i, o = FORMATS[name], f"{name}__i", f"{name}__o"
-    component = unbuilt(Planes(fmt))
+    fmt = FORMATS[name]
     rng = np.random.default_rng(cocotb.RANDOM_SEED)
     cases = all_cases(fmt, rng) if name == "narrowest" else classes(fmt, rng)
     if idle or busy:
         cases = {field: column[-2000:] for field, column in cases.items()}
-    inputs = pack(component.i.payload.shape(), fmt, cases)
-    layout = component.o.payload.shape()
-    expected = pack(layout, fmt, model(fmt, cases))
-
-    await start(dut, **{f"{i}__valid": 0, f"{o}__ready": 0})
-    begin = now()
-    cocotb.start_soon(put(dut, i, inputs, idle))
-    found = await take(dut, o, len(inputs), busy)
-    end = now()
-    for k, (want, got) in enumerate(zip(expected, found, strict=True)):
-        assert got == want, f"slab {k} of {inputs[k]:x}: {difference(fmt, layout, got, want)}"
-    if not idle and not busy:
-        assert end - begin == len(inputs) + component.latency, "one a cycle"
+    unit = unbuilt(Planes(fmt))
+    await check_columns(dut, name, unit, fmt, cases, model(fmt, cases), idle, busy)
 
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_equals_model(name, tmp_path, seed):
-    formats = SideBySide({name: Planes(fmt) for name, fmt in FORMATS.items()})
-    run_cocotb(formats, __name__, tmp_path, seed=seed, FORMAT=name)
+    run_cocotb(one_of(Planes, FORMATS, name), __name__, tmp_path, seed=seed, FORMAT=name)

@@ -19,11 +19,13 @@ from sim.model.fp.format import encode
 from sim.model.fp.order import order_key
 from sim.model.rays.setup import AXIS_Z, ORIGIN, SHEAR_X, setup
 from sim.model.rays.triangle import intersect_bits
-from tests.harness import SideBySide, leaves, now, pack, put, run_cocotb, start, take, unbuilt
-from tests.hdl.rays.test_triangle import grid
+from tests.harness import one_of, run_cocotb, unbuilt
+from tests.hdl.rays.triangles import grid
+from tests.payloads import leaves, pack
+from tests.streams import now, put, start, take
 
 CONFIGS = {
-    "one": Config(FloatFormat(2, 1), packets=1, address_bits=8),
+    "one": Config(FloatFormat(2, 1), packets=1, address_bits=8, cache_words=16),
     "twelve": Config(FloatFormat(3, 3), packets=12, address_bits=12),
 }
 TRIANGLES = 60
@@ -271,5 +273,4 @@ async def rate_and_latency(dut, mask):
 
 @pytest.mark.parametrize("name", CONFIGS)
 def test_contract(name, tmp_path, seed):
-    units = SideBySide({name: tester.Tester(config) for name, config in CONFIGS.items()})
-    run_cocotb(units, __name__, tmp_path, seed=seed, CONFIG=name)
+    run_cocotb(one_of(tester.Tester, CONFIGS, name), __name__, tmp_path, seed=seed, CONFIG=name)

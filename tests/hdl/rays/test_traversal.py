@@ -1,242 +1,26 @@
 """hdl.rays.traversal, as Verilog, visit for visit against sim.model.rays.traversal."""
 
+import os
 import random
-from collections import deque
 from dataclasses import replace
 
 import cocotb
 import numpy as np
 import pytest
-from cocotb.triggers import RisingEdge
 
-from hdl.config import FULL, Config
-from hdl.fp.format import FloatFormat
+from hdl.config import FULL
 from hdl.rays.queue import Queue
 from hdl.rays.stack import Stack
 from hdl.rays.step import Step
 from hdl.rays.traversal import Traversal
-from sim.compiler.order import order
-from sim.model.rays.setup import ABOVE, BELOW, INVERSE_DOWN, INVERSE_UP, NEGATIVE, margin_scale
+from sim.cosim.verilate import simulator
 from sim.model.rays.traversal import NO_TRIANGLE, trace
-from tests.harness import SideBySide, now, pack, put, run_cocotb, start, unbuilt, unpack
-from tests.hdl.rays.scenes import RAYS, Scene, Visit, any_scene, mesh_scene, walk
-from tests.sim.compiler.trees import balanced, chain, icosphere, random_tree
-from tests.sim.tree.meshes import soup
+from tests.harness import one_of, run_cocotb
+from tests.hdl.rays.scenes import RAYS, walk
+from tests.hdl.rays.traversal_bench import CONFIGS, Bench, scene
 
-CONFIGS = {
-    "small": Config(FloatFormat(4, 3), address_bits=12, packets=3, stack_depth=5),
-    "full": FULL,
-}
-SLAB = {
-    "above": ABOVE,
-    "below": BELOW,
-    "inverse_down": INVERSE_DOWN,
-    "inverse_up": INVERSE_UP,
-    "negative": NEGATIVE,
-}
-
-
-def scene(kind: str, config: Config, rng, packets: int) -> Scene:
-    """A scene whose stacks fit the configuration."""
-    scale = margin_scale(config.fmt) if config.fmt == FULL.fmt else 0
-    if kind == "sphere":
-        return mesh_scene(config, rng, *icosphere(3 if config.packets > 3 else 0), packets, scale)
-    if kind == "soup":
-        count = 300 if config.packets > 3 else 12
-        return mesh_scene(config, rng, *soup(rng, count), packets, scale)
-    if kind == "one":
-        return mesh_scene(config, rng, *soup(rng, 1, 0.5), packets, scale)
-    levels = config.stack_depth
-    tree = {
-        "random": lambda: random_tree(rng, 6),
-        "balanced": lambda: balanced(min(levels, 8)),
-        "chain": lambda: chain(levels + 1, bool(rng.integers(2))),
-    }[kind]()
-    triangles = int(-tree.children.min())
-    faces = rng.integers(0, 9, (triangles, 3)).astype(np.int32)
-    return any_scene(config, rng, order(tree, faces, 64), packets)
-
-
-class Bench:
-    """Sends the packets of a scene through the unit, and is its memory and triangle unit.
-
-    Parameters
-    ----------
-    dut
-    name : str
-        Of the unit.
-    scene : Scene
-    delays : (least, most)
-        Cycles from a request to its answer; answers come in any order.
-    busy : float
-        Chance that a cycle takes no request, and that one sends nothing.
-
-    Attributes
-    ----------
-    begun, steps : list of int
-        Cycles in which packets started, and in which nodes came.
-    requests, answers : list of int
-        Cycles of all requests, and of all answers.
-    """
-
-    def __init__(self, dut, name: str, scene: Scene, *, delays=(1, 1), busy=0.0):
-        self.dut, self.name, self.scene = dut, name, scene
-        self.delays, self.busy = delays, busy
-        self.config = CONFIGS[name]
-        unit = unbuilt(Traversal(self.config))
-        self.layouts = {
-            port: getattr(unit, port).payload.shape()
-            for port in ("i_setup", "i_start", "o_nodes", "i_nodes", "o_tests", "i_tests")
-        }
-        self.words = scene.words()
-        self.walks = [walk(scene, packet) for packet in range(scene.packets)]
-        self.begun: list[int] = []
-        self.steps: list[int] = []
-        self.requests: list[int] = []
-        self.answers: list[int] = []
-        self.under_way: dict[int, tuple[int, deque]] = {}  # packet of the scene, visits to come
-        self.free = list(range(self.config.packets))
-        self.left = scene.packets
-
-    def port(self, name: str):
-        return getattr(self.dut, f"{self.name}__{name}")
-
-    async def run(self) -> dict[str, int]:
-        """All packets; returns the counters."""
-        inputs = {"root": len(self.words) - 1, "clear": 0, "o_done__ready": 0}
-        for port in ("i_setup", "i_start", "i_nodes", "i_tests"):
-            inputs[f"{port}__valid"] = 0
-        for port in ("o_nodes", "o_tests"):
-            inputs[f"{port}__ready"] = 0
-        await start(self.dut, **{f"{self.name}__{k}": v for k, v in inputs.items()})
-        self.port("clear").value = 1
-        await RisingEdge(self.dut.clk)
-        self.port("clear").value = 0
-        tasks = [
-            cocotb.start_soon(task)
-            for task in (
-                self._send(),
-                self._serve("o_nodes", "i_nodes", self._node),
-                self._serve("o_tests", "i_tests", self._test),
-                self._done(),
-            )
-        ]
-        await tasks[-1]
-        for task in tasks[:-1]:
-            task.cancel()
-        await RisingEdge(self.dut.clk)
-        names = ("steps", "tests", "pushes", "pops")
-        counters = self.port("counters").value.to_unsigned()
-        return {name: counters >> 32 * k & 0xFFFFFFFF for k, name in enumerate(names)}
-
-    def _pack(self, port: str, columns: dict) -> int:
-        return pack(self.layouts[port], self.config.fmt, {k: [v] for k, v in columns.items()})[0]
-
-    async def _send(self):
-        for packet in range(self.scene.packets):
-            while not self.free:
-                await RisingEdge(self.dut.clk)
-            number = self.free.pop(random.randrange(len(self.free)))
-            self.under_way[number] = (packet, deque(self.walks[packet].visits))
-            rows = self.scene.rows[RAYS * packet :][:RAYS]
-            for axis in random.sample(range(3), 3):
-                columns = {"packet": number, "axis": axis} | {
-                    f"rays.{k}.{field}": rows[k, column + axis]
-                    for k in range(RAYS)
-                    for field, column in SLAB.items()
-                }
-                await self._put_at_once("i_setup", self._pack("i_setup", columns))
-            limits = self.scene.limits[RAYS * packet :][:RAYS]
-            columns = {"packet": number} | {
-                f"intervals.{k}.{field}": limits[k, column]
-                for k in range(RAYS)
-                for column, field in enumerate(("near", "far"))
-            }
-            await put(self.dut, f"{self.name}__i_start", [self._pack("i_start", columns)])
-            self.begun.append(now())
-
-    async def _put_at_once(self, port: str, word: int):
-        self.port(f"{port}__payload").value = word
-        self.port(f"{port}__valid").value = 1
-        await RisingEdge(self.dut.clk)
-        self.port(f"{port}__valid").value = 0
-
-    def _expected(self, number: int) -> tuple[str, Visit]:
-        assert number in self.under_way, f"packet {number} is not under way"
-        packet, visits = self.under_way[number]
-        assert visits, f"packet {packet} is through and goes on"
-        return f"packet {packet}, {len(visits)} visits before its end", visits.popleft()
-
-    def _node(self, packet: int, node: int) -> dict[str, int]:
-        where, visit = self._expected(packet)
-        assert node == visit.child, f"{where}: node {node}, not {visit} (a triangle if < 0)"
-        return {"packet": packet, "word": self.words[node]}
-
-    def _test(self, packet: int, triangle: int, mask: int) -> dict[str, int]:
-        where, visit = self._expected(packet)
-        assert (~triangle, mask) == visit[:2], f"{where}: {triangle=} {mask=:04b}, not {visit}"
-        return {"packet": packet} | {f"t.{k}": visit.best[k] for k in range(RAYS)}
-
-    async def _serve(self, asks: str, answers: str, reply):
-        """Answer the requests of one stream on another, without end."""
-        clk = self.dut.clk
-        valid, payload, ready = (
-            self.port(f"{asks}__{part}") for part in ("valid", "payload", "ready")
-        )
-        to_valid, to_payload = self.port(f"{answers}__valid"), self.port(f"{answers}__payload")
-        to_ready = getattr(self.dut, f"{self.name}__{answers}__ready", None)
-        due: list[tuple[int, int]] = []
-        offered = waiting = None
-        willing = not self.busy
-        while True:
-            ready.value = willing
-            if offered is None and random.random() >= self.busy:
-                able = [answer for answer in due if answer[0] <= now()]
-                if able:
-                    offered = random.choice(able)
-                    due.remove(offered)
-                    to_payload.value = offered[1]
-            to_valid.value = offered is not None
-            await RisingEdge(clk)
-            if offered is not None and (to_ready is None or to_ready.value):
-                offered = None
-                self.answers.append(now())
-                if answers == "i_nodes":
-                    self.steps.append(now())
-            if not valid.value:
-                assert waiting is None, f"{asks}: valid was withdrawn"
-                willing = not self.busy
-                continue
-            word = payload.value.to_unsigned()
-            assert waiting in (None, word), f"{asks}: payload changed as it waited"
-            waiting = None if willing else word
-            if willing:
-                self.requests.append(now())
-                answer = reply(**unpack(self.layouts[asks], word))
-                if answers == "i_nodes":
-                    fields = self.layouts[answers]
-                    bits = answer["word"] << fields["word"].offset | answer["packet"]
-                else:
-                    bits = self._pack(answers, answer)
-                due.append((now() + random.randint(*self.delays) - 1, bits))
-            willing = random.random() >= self.busy
-
-    async def _done(self):
-        valid, payload, ready = (
-            self.port(f"o_done__{part}") for part in ("valid", "payload", "ready")
-        )
-        while self.left:
-            willing = random.random() >= self.busy
-            ready.value = willing
-            await RisingEdge(self.dut.clk)
-            if valid.value and willing:
-                number = payload.value.to_unsigned()
-                assert number in self.under_way, f"packet {number} is done and not under way"
-                packet, visits = self.under_way.pop(number)
-                assert not visits, f"packet {packet} ends before {visits[0]}"
-                self.free.append(number)
-                self.left -= 1
-        ready.value = 0
+PACKETS = dict.fromkeys(CONFIGS, 60) if simulator() == "verilator" else {"small": 15, "full": 8}
+ON_FULL = os.environ.get("CONFIG") == "full"
 
 
 def counts(walks) -> dict[str, int]:
@@ -252,20 +36,22 @@ def counts(walks) -> dict[str, int]:
 
 @cocotb.test(timeout_time=10, timeout_unit="ms")
 @cocotb.parametrize(
-    name=["small", "full"],
     kind=["sphere", "soup", "one", "random", "balanced", "chain"],
     traffic=[((1, 1), 0.0), ((1, 30), 0.4)],
 )
-async def visits_equal_model(dut, name, kind, traffic):
+async def visits_equal_model(dut, kind, traffic):
+    name = os.environ["CONFIG"]
     rng = np.random.default_rng(random.getrandbits(32))
     delays, busy = traffic
-    bench = Bench(dut, name, scene(kind, CONFIGS[name], rng, 60), delays=delays, busy=busy)
+    bench = Bench(
+        dut, name, scene(kind, CONFIGS[name], rng, PACKETS[name]), delays=delays, busy=busy
+    )
     found = await bench.run()
     assert found == counts(bench.walks)
     assert found["steps"] > 0
 
 
-@cocotb.test(timeout_time=10, timeout_unit="ms")
+@cocotb.test(timeout_time=10, timeout_unit="ms", skip=not ON_FULL)
 async def takes_its_latency(dut):
     """A packet alone: each request comes as long after the answer before it as is said."""
     rng = np.random.default_rng(random.getrandbits(32))
@@ -286,7 +72,7 @@ async def takes_its_latency(dut):
     assert {v.pops for v in visits} >= {0, 1, 2}
 
 
-@cocotb.test(timeout_time=10, timeout_unit="ms")
+@cocotb.test(timeout_time=10, timeout_unit="ms", skip=not ON_FULL or simulator() == "icarus")
 async def one_step_a_cycle(dut):
     """With all packets under way and a memory of 3 cycles."""
     rng = np.random.default_rng(random.getrandbits(32))
@@ -300,9 +86,9 @@ async def one_step_a_cycle(dut):
     assert total <= found["steps"] * 1.1 + 400, "with those in which packets are missing"
 
 
-def test_equals_model(tmp_path, seed):
-    units = SideBySide({name: Traversal(config) for name, config in CONFIGS.items()})
-    run_cocotb(units, __name__, tmp_path, seed=seed)
+@pytest.mark.parametrize("name", CONFIGS)
+def test_equals_model(name, tmp_path, seed):
+    run_cocotb(one_of(Traversal, CONFIGS, name), __name__, tmp_path, seed=seed, CONFIG=name)
 
 
 @pytest.mark.parametrize("kind", ["sphere", "soup", "one"])

@@ -10,55 +10,15 @@ from numba import njit
 from hdl.fp.format import F24, FloatFormat
 from hdl.rays.triangle import Intersect
 from sim.cosim.verilate import simulator
-from sim.model.fp.format import encode
 from sim.model.rays.setup import AXIS_Z, ORIGIN, SHEAR_X, setup
 from sim.model.rays.triangle import intersect_bits
-from tests.harness import SideBySide, difference, now, pack, put, run_cocotb, start, take, unbuilt
-from tests.hdl.fp.operands import operands
+from tests.harness import SideBySide, run_cocotb, unbuilt
+from tests.hdl.rays.triangles import anything, grid, inside
+from tests.pipeline import check_columns
 
 FORMATS = {"tiny": FloatFormat(3, 3), "f24": F24}
-COUNT = {"tiny": 15000, "f24": 3000}
-if simulator() == "icarus":
-    COUNT = {"tiny": 300, "f24": 60}
-
-
-def grid(fmt: FloatFormat, rng, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Triangles and origins on a grid, and rays at corners, edges and insides.
-
-    Many triangles are degenerate, many origins lie on them, many directions have zeros of
-    either sign. Some scenes are as large or as small as the format allows.
-    """
-    triangles = rng.integers(-2, 3, (count, 3, 3)) / 2.0
-    origins = rng.integers(-2, 3, (count, 3)) / 2.0
-    weights = rng.choice([0.0, 0.0, 0.25, 0.5, 1.0], (count, 3))
-    weights[weights.sum(axis=1) == 0] = 1.0
-    weights /= weights.sum(axis=1, keepdims=True)
-    directions = np.einsum("nk,nka->na", weights, triangles) - origins
-    scale = 2.0 ** rng.integers(fmt.min_exp, fmt.max_exp + 1, (3, count, 1))
-    scale[:, rng.random(count) < 0.7] = 1.0
-    scale[1] = np.where(rng.random((count, 1)) < 0.7, scale[0], scale[1])
-    bits = [
-        encode(fmt, x * s)
-        for x, s in ((origins, scale[0]), (directions, scale[2]), (triangles, scale[1][:, None]))
-    ]
-    for x in bits:  # zeros of either sign
-        x[(x == 0) & (rng.random(x.shape) < 0.5)] = 1 << (fmt.bits - 1)
-    return bits[0], bits[1], bits[2]
-
-
-def inside(fmt: FloatFormat, rng, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Triangles of any size and place, and rays at about a point of theirs."""
-    size = 2.0 ** -rng.integers(0, 12, (count, 1, 1))
-    triangles = rng.uniform(-1, 1, (count, 1, 3)) + size * rng.uniform(-1, 1, (count, 3, 3))
-    origins = rng.uniform(-1, 1, (count, 3))
-    targets = np.einsum("nk,nka->na", rng.dirichlet([0.5] * 3, count), triangles)
-    return encode(fmt, origins), encode(fmt, targets - origins), encode(fmt, triangles)
-
-
-def anything(fmt: FloatFormat, rng, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Bit patterns: special ones, near each other, and random."""
-    x = operands(fmt, rng, 15, count // 3)
-    return x[:, :3], x[:, 3:6], x[:, 6:].reshape(-1, 3, 3)
+CASES = {"tiny": 45000, "f24": 9000}
+SIMULATED = CASES if simulator() == "verilator" else {"tiny": 900, "f24": 300}
 
 
 @njit(cache=True)
@@ -72,8 +32,8 @@ def _intersect(exp_bits, man_bits, rows, triangles):
 
 
 def cases(fmt: FloatFormat, rng, count: int) -> tuple[dict, dict]:
-    """Columns in and out of an Intersect, in random order."""
-    parts = [make(fmt, rng, count) for make in (grid, inside, anything)]
+    """`count` rows of columns in and out of an Intersect, in random order."""
+    parts = [make(fmt, rng, count // 3) for make in (grid, inside, anything)]
     shuffle = rng.permutation(sum(len(part[0]) for part in parts))
     origins, directions, triangles = (np.concatenate(x)[shuffle] for x in zip(*parts, strict=True))
     rows = setup(fmt, origins, directions)
@@ -91,42 +51,30 @@ def cases(fmt: FloatFormat, rng, count: int) -> tuple[dict, dict]:
 
 async def compare(dut, count, idle, busy):
     name = os.environ["FORMAT"]
-    fmt, i, o = FORMATS[name], f"{name}__i", f"{name}__o"
-    unit = unbuilt(Intersect(fmt))
-    sources, results = cases(fmt, np.random.default_rng(cocotb.RANDOM_SEED), count)
-    hits = results["hit"].mean()
+    fmt = FORMATS[name]
+    both = cases(fmt, np.random.default_rng(cocotb.RANDOM_SEED), CASES[name])
+    hits = both[1]["hit"].mean()
     assert 0.2 < hits < 0.6, f"{hits} of the tests are hits"
-    inputs = pack(unit.i.payload.shape(), fmt, sources)
-    layout = unit.o.payload.shape()
-    expected = pack(layout, fmt, results)
-
-    await start(dut, **{f"{i}__valid": 0, f"{o}__ready": 0})
-    begin = now()
-    cocotb.start_soon(put(dut, i, inputs, idle))
-    found = await take(dut, o, len(inputs), busy)
-    end = now()
-    for k, (want, got) in enumerate(zip(expected, found, strict=True)):
-        assert got == want, f"test {k}, {inputs[k]:x}: {difference(fmt, layout, got, want)}"
-    if not idle and not busy:
-        assert end - begin == len(inputs) + unit.latency, "one a cycle"
+    both = [{field: column[:count] for field, column in columns.items()} for columns in both]
+    assert 0 < both[1]["hit"].sum() < count
+    await check_columns(dut, name, unbuilt(Intersect(fmt)), fmt, *both, idle, busy)
 
 
 @cocotb.test(timeout_time=10, timeout_unit="ms")
 async def equals_model(dut):
-    await compare(dut, COUNT[os.environ["FORMAT"]], 0.0, 0.0)
+    await compare(dut, SIMULATED[os.environ["FORMAT"]], 0.0, 0.0)
 
 
 @cocotb.test(timeout_time=10, timeout_unit="ms")
 @cocotb.parametrize((("idle", "busy"), [(0.3, 0.0), (0.0, 0.5), (0.4, 0.4)]))
 async def waits(dut, idle, busy):
-    await compare(dut, COUNT[os.environ["FORMAT"]] // 10, idle, busy)
+    await compare(dut, SIMULATED[os.environ["FORMAT"]] // 10, idle, busy)
 
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_equals_model(name, tmp_path, seed):
-    run_cocotb(
-        SideBySide({name: Intersect(FORMATS[name])}), __name__, tmp_path, seed=seed, FORMAT=name
-    )
+    unit = SideBySide({name: Intersect(FORMATS[name])})
+    run_cocotb(unit, __name__, tmp_path, seed=seed, FORMAT=name)
 
 
 def test_refuses_formats_without_differences():

@@ -10,7 +10,8 @@ from hdl.update.processor import COUNTERS, UpdateProcessor, job
 from sim.compiler.disassemble import assemble
 from sim.cosim.bench import MEMORY_MODEL, Bench
 from sim.cosim.server import load, reset
-from tests.harness import now, put, run_cocotb, start
+from tests.harness import run_cocotb
+from tests.streams import now, put, start
 
 WORDS = 4096
 NODES = 1000

@@ -10,7 +10,9 @@ from cocotb.triggers import RisingEdge
 from hdl.isa import INSTRUCTION_BITS
 from hdl.records import instructions_per_word, word_bits
 from hdl.update.fetch import Fetch, program
-from tests.harness import CONFIGS, Memory, SideBySide, now, put, run_cocotb, start, take, unbuilt
+from tests.harness import CONFIGS, SideBySide, run_cocotb, unbuilt
+from tests.memory import Memory
+from tests.streams import now, put, start, take
 
 
 def unit():

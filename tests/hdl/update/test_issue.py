@@ -10,7 +10,9 @@ from cocotb.triggers import RisingEdge
 
 from hdl.isa import LAYOUTS, NODE_BITS, VERTEX_BITS, Opcode
 from hdl.update.issue import MERGE2, MERGE3, Issue, Stall
-from tests.harness import CONFIGS, SideBySide, now, run_cocotb, start, unpack
+from tests.harness import CONFIGS, SideBySide, run_cocotb
+from tests.payloads import unpack
+from tests.streams import now, start
 
 NAMES = ("smallest", "tiny", "full")
 LOAD = ("v", "vertex")

@@ -10,17 +10,10 @@ from cocotb.triggers import RisingEdge
 from hdl import records
 from hdl.records import word_bits
 from hdl.update.loader import Loader
-from tests.harness import (
-    CONFIGS,
-    Memory,
-    SideBySide,
-    difference,
-    now,
-    put,
-    run_cocotb,
-    start,
-    unbuilt,
-)
+from tests.harness import CONFIGS, SideBySide, run_cocotb, unbuilt
+from tests.memory import Memory
+from tests.payloads import difference
+from tests.streams import now, put, start
 
 NAMES = ("smallest", "tiny", "odd", "full", "wide")
 

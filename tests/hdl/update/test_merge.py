@@ -10,8 +10,9 @@ import pytest
 from hdl.fp.format import F24, FloatFormat
 from hdl.update.merge import AXES, Merge2, Merge3
 from sim.model.fp.order import maximum, minimum
-from tests.harness import SideBySide, difference, now, pack, put, run_cocotb, start, take, unbuilt
+from tests.harness import SideBySide, run_cocotb, unbuilt
 from tests.hdl.fp.operands import operands
+from tests.pipeline import check_columns
 
 FORMATS = {"narrowest": FloatFormat(2, 1), "f24": F24}
 UNITS = {"merge3": Merge3, "merge2": Merge2}
@@ -58,22 +59,10 @@ CASES = {"merge3": merge3_cases, "merge2": merge2_cases}
 @cocotb.parametrize(idle=[0.0, 0.3], busy=[0.0, 0.5])
 async def equals_model(dut, idle, busy):
     name, unit = os.environ["FORMAT"], os.environ["UNIT"]
-    fmt, i, o = FORMATS[name], f"{unit}_{name}__i", f"{unit}_{name}__o"
+    fmt = FORMATS[name]
     component = unbuilt(UNITS[unit](fmt))
-    sources, results = CASES[unit](fmt, np.random.default_rng(cocotb.RANDOM_SEED))
-    inputs = pack(component.i.payload.shape(), fmt, sources)
-    layout = component.o.payload.shape()
-    expected = pack(layout, fmt, results)
-
-    await start(dut, **{f"{i}__valid": 0, f"{o}__ready": 0})
-    begin = now()
-    cocotb.start_soon(put(dut, i, inputs, idle))
-    found = await take(dut, o, len(inputs), busy)
-    end = now()
-    for k, (want, got) in enumerate(zip(expected, found, strict=True)):
-        assert got == want, f"{unit} {k} of {inputs[k]:x}: {difference(fmt, layout, got, want)}"
-    if not idle and not busy:
-        assert end - begin == len(inputs) + component.latency, "one a cycle"
+    cases = CASES[unit](fmt, np.random.default_rng(cocotb.RANDOM_SEED))
+    await check_columns(dut, f"{unit}_{name}", component, fmt, *cases, idle, busy)
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -16,7 +16,7 @@ from sim.compiler.disassemble import assemble, disassemble
 from sim.cosim import verilate
 from sim.cosim.machine import Machine, Timing
 from sim.model.update import execute
-from tests.harness import CONFIGS, float_difference, waves_file
+from tests.harness import CONFIGS, waves_file
 from tests.hdl.update.programs import (
     Job,
     bounds_of,
@@ -25,6 +25,7 @@ from tests.hdl.update.programs import (
     put_columns,
     write_job,
 )
+from tests.payloads import float_difference
 
 ICARUS = os.environ.get("SIM") == "icarus"
 # Examples of random programs on Verilator and on Icarus, where a cycle takes far longer.

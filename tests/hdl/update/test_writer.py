@@ -11,7 +11,9 @@ from cocotb.triggers import FallingEdge, RisingEdge
 from hdl import records
 from hdl.isa import NODE_BITS
 from hdl.update.writer import Writer
-from tests.harness import CONFIGS, Memory, SideBySide, now, run_cocotb, start, unbuilt
+from tests.harness import CONFIGS, SideBySide, run_cocotb, unbuilt
+from tests.memory import Memory
+from tests.streams import now, start
 
 UNITS = {  # configuration and slack
     "smallest": ("smallest", 2),

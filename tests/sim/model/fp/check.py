@@ -6,7 +6,7 @@ import pytest
 
 from hdl.fp.format import F24, FloatFormat, Rounding
 from tests import oracle
-from tests.harness import float_difference
+from tests.payloads import float_difference
 
 TINY = FloatFormat(3, 3)
 FORMATS = [FloatFormat(2, 1), FloatFormat(2, 3), FloatFormat(4, 9), F24, FloatFormat(8, 23)]

@@ -1,0 +1,175 @@
+"""The core: update processor and ray caster on one memory."""
+
+from amaranth import *
+from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.memory.arbiter import Arbiter
+from hdl.memory.cache import Cache
+from hdl.memory.inorder import InOrder
+from hdl.memory.port import Port, PortInterface
+from hdl.rays import caster
+from hdl.rays.caster import RayCaster, cast_job
+from hdl.update import processor
+from hdl.update.fetch import program
+from hdl.update.processor import UpdateProcessor
+
+CACHE = data.StructLayout({"hits": 32, "misses": 32})
+COUNTERS = data.StructLayout({
+    "update": processor.COUNTERS,
+    "cast": caster.COUNTERS,
+    "nodes": CACHE,
+    "geometry": CACHE,
+})
+"""Of the last update, the last cast, and of the caches in it: zero where there are none."""
+
+
+def frame_job(config: Config) -> data.StructLayout:
+    """A frame: an update where `program` has a length, then rays where `casts` is set."""
+    return data.StructLayout({"program": program(config), "casts": 1, "cast": cast_job(config)})
+
+
+class Phase(enum.Enum, shape=2):
+    """Who is at work."""
+
+    IDLE = 0
+    UPDATE = 1
+    CAST = 2
+    DRAIN = 3  # the last hit is on its way to the port
+
+
+class Core(wiring.Component):
+    """Updates a tree, then casts rays through it: both, or either alone.
+
+    With caches there is one port. Without, for memory on the chip, nodes and geometry are read
+    through ports of their own; what the first port has written before the rays begin has to be
+    there for them.
+
+    ::
+
+        update processor ─────────────────────┐
+        ray caster ──┬─────────────┐          ├─► port
+                     ├─► nodes ────┤ arbiter ─┘
+                     └─► geometry ─┘
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    i : In(stream of frame_job), taken while not busy
+    busy : Out(1); falls when all of a job's nodes and hits are in memory
+    counters : Out(COUNTERS)
+    port : Out(Port)
+    nodes, geometry : Out(Port), reads only; where `config.cache_words` is 0
+    """
+
+    i: stream.Interface
+    busy: Signal
+    counters: data.View
+    port: PortInterface
+    nodes: PortInterface
+    geometry: PortInterface
+
+    def __init__(self, config: Config):
+        self.config = config
+        banks = () if config.cache_words else ("nodes", "geometry")
+        super().__init__({
+            "i": In(stream.Signature(frame_job(config))),
+            "busy": Out(1),
+            "counters": Out(COUNTERS),
+            "port": Out(Port(config)),
+            **dict.fromkeys(banks, Out(Port(config))),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.update = update = UpdateProcessor(self.config)
+        m.submodules.caster = cast = RayCaster(self.config)
+        m.d.comb += [self.counters.update.eq(update.counters), self.counters.cast.eq(cast.counters)]
+
+        # One after the other. The job stays here for as long as it takes.
+        phase, started = Signal(Phase), Signal()
+        job = Signal.like(self.i.p, reset_less=True)
+        updates = job.program.length != 0
+        m.d.comb += [
+            self.busy.eq(phase != Phase.IDLE),
+            self.i.ready.eq(phase == Phase.IDLE),
+            update.i.valid.eq((phase == Phase.UPDATE) & updates & ~started),
+            update.i.p.program.eq(job.program),
+            update.i.p.vertices.eq(job.cast.scene.vertices),
+            update.i.p.nodes.eq(job.cast.scene.nodes),
+            cast.i.valid.eq((phase == Phase.CAST) & job.casts),
+            cast.i.p.eq(job.cast),
+        ]
+        turns = Signal()  # from the update to the rays
+        connect = self._caches if self.config.cache_words else self._banks
+        rays_port = connect(m, cast, turns)
+        with m.Switch(phase):
+            with m.Case(Phase.IDLE):
+                m.d.sync += job.eq(self.i.p)
+                with m.If(self.i.valid):
+                    m.d.sync += phase.eq(Phase.UPDATE)
+            with m.Case(Phase.UPDATE):
+                m.d.comb += turns.eq(~updates | (started & ~update.busy))
+                m.d.sync += started.eq(~turns & (started | update.i.ready))
+                with m.If(turns):
+                    m.d.sync += phase.eq(Phase.CAST)
+            with m.Case(Phase.CAST):
+                with m.If(~job.casts | cast.i.ready):
+                    m.d.sync += phase.eq(Phase.DRAIN)
+            with m.Case(Phase.DRAIN):
+                with m.If(~rays_port.request.valid):
+                    m.d.sync += phase.eq(Phase.IDLE)
+
+        request, response = self.port.request, self.port.response
+        updating = phase == Phase.UPDATE
+        for unit, works in [(update.port, updating), (rays_port, ~updating)]:
+            m.d.comb += [
+                unit.request.ready.eq(works & request.ready),
+                unit.response.valid.eq(works & response.valid),
+                unit.response.payload.eq(response.payload),
+            ]
+            with m.If(works):
+                m.d.comb += [
+                    request.valid.eq(unit.request.valid),
+                    request.p.eq(unit.request.p),
+                    response.ready.eq(unit.response.ready),
+                ]
+        return m
+
+    def _caches(self, m: Module, cast: RayCaster, clear: Value) -> PortInterface:
+        """Nodes and geometry through caches; the port that they share with the rest."""
+        config = self.config
+        m.submodules.arbiter = arbiter = Arbiter(
+            config, clients=3, outstanding=2 * config.packets + config.latency + 8
+        )
+        # Nodes first: each packet waits for one.
+        for name, client in zip(("nodes", "geometry"), arbiter.clients, strict=False):
+            reads = getattr(cast, name)
+            cache = Cache(
+                config, words=config.cache_words, tags=reads.signature.tags, misses=config.packets
+            )
+            m.submodules[f"{name}_cache"] = cache
+            wiring.connect(m, reads, cache.reads)
+            wiring.connect(m, cache.port, client)
+            m.d.comb += [
+                cache.clear.eq(clear),
+                self.counters[name].hits.eq(cache.hits),
+                self.counters[name].misses.eq(cache.misses),
+            ]
+        wiring.connect(m, cast.port, arbiter.clients[2])
+        return arbiter.port
+
+    def _banks(self, m: Module, cast: RayCaster, _: Value) -> PortInterface:
+        """Nodes and geometry from ports of their own; the port that serves the rest."""
+        for name in ("nodes", "geometry"):
+            reads = getattr(cast, name)
+            bank = InOrder(self.config, tags=reads.signature.tags, outstanding=self.config.packets)
+            m.submodules[f"{name}_bank"] = bank
+            wiring.connect(m, reads, bank.reads)
+            wiring.connect(m, wiring.flipped(getattr(self, name)), bank.port)
+        return cast.port

@@ -1,0 +1,117 @@
+"""`bkd-sim render`."""
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from sim.cli.console import check_writable, print_tables, progress, write_json
+from sim.cli.parser import (
+    Parser,
+    frames_of,
+    json_argument,
+    memory_arguments,
+    ray_config_of,
+    ray_timing_of,
+    scene_arguments,
+    scene_of,
+)
+from sim.errors import InputError
+from sim.prepare import Prepared, prepare
+from sim.report.light import light
+from sim.report.painter import Painter
+from sim.report.picture import check_picture_file, save
+from sim.report.recording import Recorder
+from sim.report.render import Watch, measure_render
+from sim.report.shade import VIEWS
+from sim.report.tables import render_tables
+from sim.scene.camera import Camera, auto, look_at, parse
+
+EXAMPLE = "render walker --frame 6 --shadows --out walker.png"
+POSES = 8
+"""Poses of an animation that `auto` looks at."""
+
+
+def arguments(parser: Parser):
+    """Options of the command."""
+    scene_arguments(parser, default="walker")
+    add = parser.add_argument
+    frames = parser.add_mutually_exclusive_group()
+    frames.add_argument("--frame", metavar="K", help="one frame; that half way")
+    frames.add_argument("--frames", metavar="A:B", help="an animation of frames A to B - 1")
+    add("--size", metavar="WxH", default="512x386", help="in pixels; %(default)s")
+    add("--camera", metavar="C", default="auto", help="ex,ey,ez,tx,ty,tz,fov: eye, target, degrees")
+    add("--view", choices=VIEWS, default="shaded", help="what is shown; %(default)s")
+    add("--shadows", action="store_true", help="cast a ray from each hit to the lamp too")
+    memory_arguments(parser)
+    add("--out", metavar="FILE", type=Path, help="picture, or animation; the scene's name .png")
+    add("--record", metavar="FILE.npz", type=Path, help="keep the rays of a frame, for replay")
+    json_argument(parser)
+
+
+def run(options) -> int:
+    """Animate, update and cast rays in the Verilog, check every bit, and write a picture."""
+    width, height = _size(options.size)
+    if options.camera != "auto":
+        parse(options.camera)
+    timing, config = ray_timing_of(options), ray_config_of(options, options.format)
+    out = options.out or Path(f"{Path(options.scene.split(':')[0]).stem}.png")
+    check_writable(options.json, out, options.record)
+    if options.record and options.record.suffix != ".npz":
+        raise InputError(f"{options.record}: rays are kept as .npz; name a file that ends in it")
+    with progress() as bar:
+        task = bar.add_task("reading the scene", total=None)
+
+        def step(text):
+            bar.update(task, description=text)
+
+        scene = scene_of(options)
+        if options.frames:
+            frames = frames_of(options.frames, scene.frames)
+        else:
+            frames = frames_of(options.frame or str(scene.frames // 2), scene.frames, "--frame")
+        check_picture_file(out, len(frames))
+        if options.record and len(frames) > 1:
+            raise InputError(f"--record {options.record}: holds one frame; choose it by --frame")
+        prepared = prepare(scene, config, builder=options.builder, step=step)
+        step("choosing the view")
+        camera = _camera(options.camera, prepared, frames, width, height)
+        lamp = light(camera, prepared.scene.pose(frames[0]))
+        painter, recorder = Painter(options.view, lamp), Recorder()
+        bar.update(task, total=len(frames))
+        watch = Watch(
+            step=step,
+            tick=lambda done: bar.update(task, completed=done),
+            paint=painter.paint,
+            record=recorder.add if options.record else lambda *_: None,
+        )
+        report = measure_render(
+            prepared, timing, camera, frames, lamp=lamp if options.shadows else None, watch=watch
+        )
+        save(out, painter.pictures, fps=options.fps or 24.0)
+        if options.record:
+            recorder.save(options.record)
+    print_tables(*render_tables(report, out))
+    write_json(options.json, report.as_dict())
+    for line in report.mismatches_shown:
+        print(line, file=sys.stderr)
+    return 1 if report.model_mismatches else 0
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+)x(\d+)", text)
+    if not match or not int(match[1]) * int(match[2]):
+        raise InputError(f"--size {text}: give pixels, at least 1 each way, as in 512x386")
+    return int(match[1]), int(match[2])
+
+
+def _camera(text: str, prepared: Prepared, frames: range, width: int, height: int) -> Camera:
+    """The camera in normalised coordinates."""
+    if text == "auto":
+        shown = [frames[k * len(frames) // POSES] for k in range(POSES)]
+        poses = np.stack([prepared.scene.pose(frame) for frame in dict.fromkeys(shown)])
+        return auto(poses, prepared.scene.faces, width, height)
+    eye, target, fov = parse(text)
+    eye, target = prepared.normalised.points(np.stack([eye, target]))
+    return look_at(eye, target, fov, width, height)

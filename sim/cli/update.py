@@ -1,0 +1,66 @@
+"""`bkd-sim update`."""
+
+import sys
+from pathlib import Path
+
+from sim.cli.console import check_writable, print_tables, progress, write_json
+from sim.cli.parser import (
+    Parser,
+    config_of,
+    frames_of,
+    json_argument,
+    scene_arguments,
+    scene_of,
+    timing_arguments,
+    timing_of,
+)
+from sim.errors import InputError
+from sim.prepare import prepare
+from sim.report.tables import update_tables
+from sim.report.update import measure_update
+
+EXAMPLE = "update walker:80k --frames 0:4 --json walker.json"
+
+
+def arguments(parser: Parser):
+    """Options of the command."""
+    scene_arguments(parser)
+    timing_arguments(parser)
+    add = parser.add_argument
+    add("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all")
+    add("--waves", metavar="FILE.fst", type=Path, help="write all waves to FILE.fst")
+    json_argument(parser)
+
+
+def run(options) -> int:
+    """Update the tree for every frame in the Verilog, and check every bit against the model."""
+    timing = timing_of(options)
+    if options.waves and options.waves.suffix != ".fst":
+        raise InputError(
+            f"{options.waves}: waves are written as FST; name a file that ends in .fst"
+        )
+    check_writable(options.json, options.waves)
+    config = config_of(options.format, latency=options.latency)
+    with progress() as bar:
+        task = bar.add_task("reading the scene", total=None)
+
+        def step(text):
+            bar.update(task, description=text)
+
+        scene = scene_of(options)
+        frames = options.frames and frames_of(options.frames, scene.frames)
+        prepared = prepare(scene, config, frames=frames, builder=options.builder, step=step)
+        bar.update(task, total=len(prepared.frames))
+        report = measure_update(
+            prepared,
+            timing,
+            builder=options.builder,
+            waves=options.waves,
+            step=step,
+            done=lambda _: bar.advance(task),
+        )
+    print_tables(*update_tables(report))
+    write_json(options.json, report.as_dict())
+    for line in report.mismatches_shown:
+        print(line, file=sys.stderr)
+    return 1 if report.mismatches else 0

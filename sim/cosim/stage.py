@@ -1,0 +1,158 @@
+"""A scene in the memory of a simulated core: updated to its frames, and rays cast through it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hdl.core import Core
+from sim.compiler.rays import View, hits_of, image_fields, ray_words
+from sim.cosim.machine import Machine, Timing
+from sim.errors import InputError
+from sim.model.rays.camera import Rays
+from sim.model.refit import refit
+from sim.prepare import Prepared
+from sim.tree.shape import depth
+
+RAYS = 4
+WORST = 2000
+"""Cycles in which the slowest ray ends, for each cycle of the memory's latency over 32."""
+
+
+@dataclass(frozen=True)
+class Cast:
+    """What a job of rays came to.
+
+    Attributes
+    ----------
+    hits : dict of (n,) int64
+        Fields t, u, v, triangle of the rays in their order, by name.
+    counters : dict
+        Of hdl.core.
+    """
+
+    hits: dict[str, np.ndarray]
+    counters: dict
+
+
+class Stage:
+    """A scene on a core, in the pose of its first frame. A context manager, as its machine is.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    rays : int
+        Most that are cast at once, a multiple of 4.
+    timing : Timing
+        Of the memory.
+    waves : Path, optional
+        FST file.
+
+    Attributes
+    ----------
+    prepared : Prepared
+    memory : (n, limbs) uint32
+        What the words of the scene should be.
+    bits, bounds : int64 patterns
+        Vertices (V, 3) of the scene, and bounds (N, 4) of the nodes, now.
+
+    Raises
+    ------
+    InputError
+        The format is too narrow for the frame, the memory too small for scene and rays, or a
+        stack for the levels of the tree.
+    SimulationError
+        The simulator fails.
+    """
+
+    def __init__(self, prepared: Prepared, rays: int, timing: Timing, waves: Path | None = None):
+        image, held = prepared.image, prepared.config.stack_depth
+        levels = depth(prepared.tree)
+        if levels > held:
+            raise InputError(
+                f"{prepared.scene.name}: its tree has {levels} levels and a stack holds {held}; "
+                f"use --stack {levels}"
+            )
+        self.prepared = prepared
+        self.memory = image.constant_words()
+        self._pose(prepared.coordinates(prepared.frames[0]))
+        self._rays_at = image.size
+        self._hits_at = image.size + 2 * rays
+        image.check_fits(self._hits_at + rays)
+        self.machine = Machine(
+            prepared.config, self._hits_at + rays, timing, waves=waves, unit=Core
+        )
+        self.machine.write(0, self.memory)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self.machine.__exit__(*exception)
+
+    def _pose(self, bits: np.ndarray):
+        prepared, image = self.prepared, self.prepared.image
+        self.bits = bits
+        self.bounds = refit(prepared.config.fmt, image.order, bits[prepared.leaf_vertices])
+        self.memory[image.vertices_at : image.triangles_at] = image.vertex_words(bits)
+        self.memory[image.nodes_at :] = image.node_words(self.bounds)
+
+    def show(self, frame: int) -> dict | None:
+        """Update to the pose of a frame. The core's counters; None where no vertex has moved."""
+        bits = self.prepared.coordinates(frame)
+        if (bits == self.bits).all():
+            return None
+        self._pose(bits)
+        image = self.prepared.image
+        vertices = self.memory[image.vertices_at : image.triangles_at]
+        self.machine.write(image.vertices_at, vertices)
+        length = len(image.instructions)
+        job = {
+            "program": {"address": 0, "length": length},
+            "casts": 0,
+            "cast": {"scene": self._scene()},
+        }
+        return self.machine.run(job, self.machine.slowest_update(length))
+
+    def look(self, view: View, tick: Callable[[int], None] = lambda _: None) -> Cast:
+        """Cast the rays of a camera: those of sim.model.rays.camera, in their order.
+
+        Now and then `tick` is told how many rays have ended.
+        """
+        count = RAYS * view.packets
+        fields = {"camera": 1, "image": image_fields(self.prepared.config, view)}
+        return self._cast(fields, count, tick)
+
+    def cast(self, rays: Rays, tick: Callable[[int], None] = lambda _: None) -> Cast:
+        """Cast rays from memory, a multiple of 4."""
+        config, count = self.prepared.config, len(rays.t_min)
+        words = ray_words(config, rays.origins, rays.directions, rays.t_min, rays.t_max)
+        self.machine.write(self._rays_at, words)
+        fields = {"camera": 0, "rays": {"address": self._rays_at, "packets": count // RAYS}}
+        return self._cast(fields, count, tick)
+
+    def _cast(self, fields: dict, count: int, tick: Callable[[int], None]) -> Cast:
+        timing = self.machine.timing
+        slow = WORST * (1 + timing.latency / 32) / (1 - timing.stalls) ** 2
+        job = {
+            "program": {"length": 0},
+            "casts": 1,
+            "cast": {"scene": self._scene(), "hits": self._hits_at, **fields},
+        }
+        counters = self.machine.run(
+            job,
+            100_000 + int(slow * count),
+            lambda counters: tick(RAYS * counters["cast"]["packets"]),
+        )
+        words = self.machine.read(self._hits_at, count)
+        return Cast(hits_of(self.prepared.config, words), counters)
+
+    def _scene(self) -> dict:
+        image = self.prepared.image
+        return {
+            "vertices": image.vertices_at,
+            "triangles": image.triangles_at,
+            "nodes": image.nodes_at,
+            "root": image.nodes - 1,
+        }
