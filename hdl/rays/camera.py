@@ -11,13 +11,8 @@ from hdl.fp.add import Add
 from hdl.fp.format import FloatFormat
 from hdl.fp.mul import Mul
 from hdl.rays.delay import Pipeline
-from hdl.rays.packet import RAYS
-from hdl.rays.setup import AXES, setup_ray
-
-
-def pixel_bits(fmt: FloatFormat) -> int:
-    """Bits of a column or row: of no more numbers than the format holds exactly."""
-    return min(fmt.man_bits + 1, fmt.bias + 1, 16)
+from hdl.rays.packet import AXES, RAYS, pixel_bits
+from hdl.rays.setup import setup_ray
 
 
 def image(config: Config) -> data.StructLayout:

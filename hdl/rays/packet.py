@@ -9,8 +9,23 @@ from hdl.isa import NODE_BITS
 RAYS = 4
 """Rays of a packet: 2 x 2 pixels, in the order of rows."""
 
+AXES = "xyz"
+
 NO_TRIANGLE = (1 << NODE_BITS) - 1
 """The triangle of a ray that hits nothing: above all others."""
+
+MARGIN_ULPS = 32
+"""Half ulps of the largest distance that boxes grow by.
+
+More than the triangle test's rounding moves a point by (sim.model.rays.setup says how much), so
+that every ray that hits a triangle enters the boxes around it, and the order of traversal never
+changes a hit.
+"""
+
+
+def pixel_bits(fmt: FloatFormat) -> int:
+    """Bits of a column or row: of no more numbers than the format holds exactly."""
+    return min(fmt.man_bits + 1, fmt.bias + 1, 16)
 
 
 def ray(fmt: FloatFormat) -> data.StructLayout:

@@ -13,13 +13,9 @@ from hdl.fp.mul import Mul
 from hdl.fp.recip import Recip, RecipBounds
 from hdl.rays import step
 from hdl.rays.delay import Pipeline
-from hdl.rays.packet import RAYS, ray, slab_ray
+from hdl.rays.packet import AXES, MARGIN_ULPS, RAYS, ray, slab_ray
 from hdl.rays.stack import packet_bits, start
 from hdl.rays.tester import tester_ray
-
-AXES = "xyz"
-MARGIN_ULPS = 32
-"""Half ulps of the largest distance that boxes grow by: as sim.model.rays.setup."""
 
 
 def setup_ray(config: Config) -> data.StructLayout:

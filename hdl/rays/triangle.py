@@ -11,9 +11,7 @@ from hdl.fp.format import FloatFormat
 from hdl.fp.mul import Mul
 from hdl.fp.recip import Recip
 from hdl.rays.delay import Pipeline
-from hdl.rays.packet import sheared_ray
-
-AXES = "xyz"
+from hdl.rays.packet import AXES, sheared_ray
 
 
 class Intersect(wiring.Component):

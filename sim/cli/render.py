@@ -27,10 +27,13 @@ from sim.report.render import Watch, measure_render
 from sim.report.shade import VIEWS
 from sim.report.tables import render_tables
 from sim.scene.camera import Camera, auto, look_at, parse
+from sim.scene.view import FILL
 
-EXAMPLE = "render walker --frame 6 --shadows --out walker.png"
+EXAMPLE = "render walker --camera whole --shadows"
+FILLS = {"auto": FILL, "whole": 0.0}
+"""Share of the image that the scene fills at least, by the name of the camera."""
 POSES = 8
-"""Poses of an animation that `auto` looks at."""
+"""Poses of an animation that these look at."""
 
 
 def arguments(parser: Parser):
@@ -41,7 +44,8 @@ def arguments(parser: Parser):
     frames.add_argument("--frame", metavar="K", help="one frame; that half way")
     frames.add_argument("--frames", metavar="A:B", help="an animation of frames A to B - 1")
     add("--size", metavar="WxH", default="512x386", help="in pixels; %(default)s")
-    add("--camera", metavar="C", default="auto", help="ex,ey,ez,tx,ty,tz,fov: eye, target, degrees")
+    text = "auto: it fills the image; whole: all of it; or ex,ey,ez,tx,ty,tz,fov; %(default)s"
+    add("--camera", metavar="C", default="auto", help=text)
     add("--view", choices=VIEWS, default="shaded", help="what is shown; %(default)s")
     add("--shadows", action="store_true", help="cast a ray from each hit to the lamp too")
     memory_arguments(parser)
@@ -53,7 +57,7 @@ def arguments(parser: Parser):
 def run(options) -> int:
     """Animate, update and cast rays in the Verilog, check every bit, and write a picture."""
     width, height = _size(options.size)
-    if options.camera != "auto":
+    if options.camera not in FILLS:
         parse(options.camera)
     timing, config = ray_timing_of(options), ray_config_of(options, options.format)
     out = options.out or Path(f"{Path(options.scene.split(':')[0]).stem}.png")
@@ -108,10 +112,10 @@ def _size(text: str) -> tuple[int, int]:
 
 def _camera(text: str, prepared: Prepared, frames: range, width: int, height: int) -> Camera:
     """The camera in normalised coordinates."""
-    if text == "auto":
+    if text in FILLS:
         shown = [frames[k * len(frames) // POSES] for k in range(POSES)]
         poses = np.stack([prepared.scene.pose(frame) for frame in dict.fromkeys(shown)])
-        return auto(poses, prepared.scene.faces, width, height)
+        return auto(poses, prepared.scene.faces, width, height, FILLS[text])
     eye, target, fov = parse(text)
     eye, target = prepared.normalised.points(np.stack([eye, target]))
     return look_at(eye, target, fov, width, height)

@@ -6,15 +6,10 @@ import numpy as np
 
 from hdl.config import Config
 from hdl.fp.format import FloatFormat
-from hdl.rays.packet import hit, ray_word
+from hdl.rays.packet import hit, pixel_bits, ray_word
 from hdl.records import vertex, word_bits
 from sim.compiler import fields
 from sim.errors import InputError
-
-
-def pixel_bits(fmt: FloatFormat) -> int:
-    """Bits of a column or row: of no more numbers than the format holds exactly."""
-    return min(fmt.man_bits + 1, fmt.bias + 1, 16)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hdl.core import Core
+from hdl.rays.packet import RAYS
 from sim.compiler.rays import View, hits_of, image_fields, ray_words
 from sim.cosim.machine import Machine, Timing
 from sim.errors import InputError
@@ -15,7 +16,6 @@ from sim.model.refit import refit
 from sim.prepare import Prepared
 from sim.tree.shape import depth
 
-RAYS = 4
 WORST = 2000
 """Cycles in which the slowest ray ends, for each cycle of the memory's latency over 32."""
 

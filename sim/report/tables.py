@@ -83,7 +83,7 @@ def render_tables(report: RenderReport, picture: Path) -> list[Table]:
         ("frames", frames),
         ("rays", f"{report.rays:,}{shadows}"),
         ("camera rays that hit", f"{report.hit_fraction:.1%}"),
-        ("hits and words that are not the model's", f"{report.model_mismatches:,}"),
+        ("hits and words other than the model's", f"{report.model_mismatches:,}"),
         ("steps a packet", f"{report.steps_per_packet:.2f}"),
         ("triangle tests a ray", f"{report.triangle_tests_per_ray:.2f}"),
         ("cycles of updates", update),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim.errors import InputError
-from sim.scene.view import DISTANCE, axes_towards, best_view
+from sim.scene.view import DISTANCE, FILL, axes_towards, best_view
 
 
 @dataclass(frozen=True)
@@ -70,13 +70,15 @@ def parse(text: str) -> tuple[np.ndarray, np.ndarray, float]:
         numbers = np.empty(0)
     if len(numbers) != 7 or not np.isfinite(numbers).all():
         raise InputError(
-            f"--camera {text}: give auto, or seven finite numbers ex,ey,ez,tx,ty,tz,fov"
+            f"--camera {text}: give auto, whole, or seven finite numbers ex,ey,ez,tx,ty,tz,fov"
         )
     return numbers[:3], numbers[3:6], float(numbers[6])
 
 
-def auto(poses: np.ndarray, faces: np.ndarray, width: int, height: int) -> Camera:
-    """A camera from which a mesh fills the image: at least `view.FILL` of it, if any view does.
+def auto(
+    poses: np.ndarray, faces: np.ndarray, width: int, height: int, fill: float = FILL
+) -> Camera:
+    """A camera from which a mesh fills the image: at least `fill` of it, if any view does.
 
     It shows all of all poses if that fills, else the part that shows most; see `view.best_view`.
 
@@ -86,6 +88,8 @@ def auto(poses: np.ndarray, faces: np.ndarray, width: int, height: int) -> Camer
         Finite. A few poses of an animation; y is up, and a figure looks along z.
     faces : (T, 3) int
     width, height : int
+    fill : float
+        With 0 all of all poses is in the image.
 
     Raises
     ------
@@ -102,7 +106,7 @@ def auto(poses: np.ndarray, faces: np.ndarray, width: int, height: int) -> Camer
     if radius <= 1e-9 * largest or radius == 0:  # as good as a point: as if it had a size
         radius = largest or 1.0
     unit = (poses - centre) / radius
-    axes, window = best_view(unit, place.reshape(-1, 3), width, height)
+    axes, window = best_view(unit, place.reshape(-1, 3), width, height, fill)
     return _camera(centre - radius * DISTANCE * axes[2], axes, window, width, height)
 
 

@@ -33,7 +33,7 @@ def axes_towards(forward: np.ndarray) -> np.ndarray:
 
 
 def best_view(
-    poses: np.ndarray, faces: np.ndarray, width: int, height: int
+    poses: np.ndarray, faces: np.ndarray, width: int, height: int, fill: float = FILL
 ) -> tuple[np.ndarray, np.ndarray]:
     """Axes (3, 3) of a view and its window (4,): left, top, right, bottom at distance 1.
 
@@ -48,28 +48,34 @@ def best_view(
         Uses all vertices.
     width, height : int
         Pixels of the image.
+    fill : float
+        Share of it that is covered at least, where any view does.
     """
     views = [
         (axes_towards(-_direction(azimuth, elevation)), liking * also)
         for azimuth, liking in AZIMUTHS.items()
         for elevation, also in ELEVATIONS.items()
     ]
-    worth = [liking * _worth(poses[0], faces, axes, width / height) for axes, liking in views]
+    worth = [liking * _worth(poses[0], faces, axes, width / height, fill) for axes, liking in views]
     best = views[int(np.argmax(worth))][0]
     projected = [project(pose, best, DISTANCE) for pose in poses]
-    return best, _window(projected, faces, width, height)
+    return best, _window(projected, faces, width, height, fill)
 
 
-def _worth(vertices: np.ndarray, faces: np.ndarray, axes: np.ndarray, aspect: float) -> float:
+def _worth(
+    vertices: np.ndarray, faces: np.ndarray, axes: np.ndarray, aspect: float, fill: float
+) -> float:
     """The surface that is shown in the part of a view that fills; next to none if nothing does."""
     projected = project(vertices, axes, DISTANCE)
     window = _around(bounds(projected))
     covered, surface = visible(projected, faces, window, COARSE, COARSE)
-    _, share, shown = crop(covered, surface, window, aspect, FILL)
-    return shown if share >= FILL else 1e-6 * shown
+    _, share, shown = crop(covered, surface, window, aspect, fill)
+    return shown if share >= fill else 1e-6 * shown
 
 
-def _window(poses: list[np.ndarray], faces: np.ndarray, width: int, height: int) -> np.ndarray:
+def _window(
+    poses: list[np.ndarray], faces: np.ndarray, width: int, height: int, fill: float
+) -> np.ndarray:
     """The window of an image, by the projected vertices (V, 3) of all poses."""
     each = np.array([bounds(pose) for pose in poses])
     window = _around(np.concatenate([each[:, :2].min(axis=0), each[:, 2:].max(axis=0)]))
@@ -83,11 +89,11 @@ def _window(poses: list[np.ndarray], faces: np.ndarray, width: int, height: int)
             window += np.tile(_largest(poses[0], faces), 2)
             continue
         shown = np.mean([surface for _, surface in seen], axis=0)
-        part, share, _ = crop(seen[0][0], shown, window, width / height, FILL)
+        part, share, _ = crop(seen[0][0], shown, window, width / height, fill)
         covered, _ = visible(poses[0], faces, part, min(width, FINE), min(height, FINE))
         if covered.mean() > most:
             best, most = part, covered.mean()
-        if most >= FILL:
+        if most >= fill:
             break
         window = _grown(part, 1.5)
     if most > 0:

@@ -42,11 +42,9 @@ def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree
     ValueError
         No such builder, no triangles, a vertex index out of range, a vertex that is not finite.
     """
-    poses = np.asarray(vertices, np.float64)
-    if poses.ndim == 2:
-        poses = poses[None]
-    faces = np.asarray(faces)
-    _check(poses, faces, builder)
+    vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces)
+    _check(vertices, faces, builder)
+    poses = vertices if vertices.ndim == 3 else vertices[None]
     if len(faces) == 1:
         return Tree(np.full((1, 2), ~0, np.int32), np.zeros(1, np.uint8))
 
@@ -61,20 +59,19 @@ def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree
     return Tree(*grow(boxes, first, orders, BUILDERS[builder]))
 
 
-def _check(poses: np.ndarray, faces: np.ndarray, builder: str):
+def _check(vertices: np.ndarray, faces: np.ndarray, builder: str):
     if builder not in BUILDERS:
         raise ValueError(f"no builder {builder!r}: take one of {', '.join(BUILDERS)}")
-    if poses.ndim != 3 or poses.shape[2] != 3 or not len(poses):
-        raise ValueError(f"vertices have shape {poses.shape}, not (V, 3) or (P, V, 3)")
+    if vertices.ndim not in (2, 3) or vertices.shape[-1] != 3 or not len(vertices):
+        raise ValueError(f"vertices have shape {vertices.shape}, not (V, 3) or (P, V, 3)")
     if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
         raise ValueError(f"faces have shape {faces.shape}, not (T, 3) with T >= 1")
-    bad = np.argwhere((faces < 0) | (faces >= poses.shape[1]))
+    bad = np.argwhere((faces < 0) | (faces >= vertices.shape[-2]))
     if len(bad):
         triangle, corner = bad[0]
         raise ValueError(
-            f"triangle {triangle} names vertex {faces[triangle, corner]} of {poses.shape[1]}"
+            f"triangle {triangle} names vertex {faces[triangle, corner]} of {vertices.shape[-2]}"
         )
-    bad = np.argwhere(~np.isfinite(poses).all(axis=2))
+    bad = np.argwhere(~np.isfinite(vertices).all(axis=-1))
     if len(bad):
-        pose, vertex = bad[0]
-        raise ValueError(f"vertex {vertex} is not finite: {poses[pose, vertex]}")
+        raise ValueError(f"vertex {bad[0][-1]} is not finite: {vertices[tuple(bad[0])]}")

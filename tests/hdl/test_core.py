@@ -28,6 +28,8 @@ CONFIGS = {
     "full": replace(FULL, address_bits=20, cache_words=256),
 }
 TIMINGS = (Timing(1), Timing(32), Timing(20, 0.3, 5))
+QUICK = simulator() == "icarus"  # a thousand cycles a second
+SCENE = "waves:50" if QUICK else "walker:500"
 WORST = 1500  # cycles a ray, at the least latency
 HIT_FIELDS = ("t", "u", "v", "triangle")
 COUNTED = ("steps", "tests", "ray_tests", "pushes", "pops")
@@ -143,12 +145,12 @@ class Checked:
 @pytest.mark.parametrize("name", CONFIGS)
 def test_memory_is_that_of_the_model(name, rng):
     config = CONFIGS[name]
-    count = 24 if simulator() == "icarus" else 400
-    prepared = prepare(load_scene("walker:500"), config)
+    count = 24 if QUICK else 400
+    prepared = prepare(load_scene(SCENE), config)
     shares = []
     with Machine(config, prepared.image.size + 3 * count, Timing(), unit=Core) as machine:
         checked = Checked(machine, prepared, count, rng)
-        for frame, timing in enumerate(TIMINGS):
+        for frame, timing in enumerate(TIMINGS[-1:] if QUICK else TIMINGS):
             machine.reset(timing)
             checked.pose(frame)
             checked.cast(random_rays(rng, config.fmt, count // 2), updates=True)
@@ -161,7 +163,7 @@ def test_memory_is_that_of_the_model(name, rng):
 
 def test_a_job_of_nothing_ends(rng):
     config = CONFIGS["tiny"]
-    prepared = prepare(load_scene("walker:500"), config)
+    prepared = prepare(load_scene(SCENE), config)
     with Machine(config, prepared.image.size + 12, Timing(), unit=Core) as machine:
         checked = Checked(machine, prepared, 4, rng)
         checked.pose(0)
@@ -176,14 +178,14 @@ def test_a_job_of_nothing_ends(rng):
 def test_its_cycles_are_steps_and_waits(rng):
     """What is counted is the length of the run, but for the cycles in which a job changes hands."""
     config = CONFIGS["tiny"]
-    prepared = prepare(load_scene("walker:500"), config)
-    count = 40
+    prepared = prepare(load_scene(SCENE), config)
+    count = 8 if QUICK else 40
     with Machine(config, prepared.image.size + 3 * count, Timing(), unit=Core) as machine:
         checked = Checked(machine, prepared, count, rng)
         checked.pose(0)
         checked.run(updates=True, casts=None)
         cycles = []
-        for latency in (1, 200):
+        for latency in (1, 60):
             machine.reset(Timing(latency))
             rays = random_rays(np.random.default_rng(3), config.fmt, count)
             words = ray_words(config, *rays)
@@ -195,4 +197,4 @@ def test_its_cycles_are_steps_and_waits(rng):
             cycles.append(counters["cast"]["steps"] + sum(waits.values()))
             assert counters["cast"]["steps"] > 0
         assert waits["nodes"] + waits["tests"] + waits["rays"] > 0.9 * sum(waits.values())
-        assert cycles[1] > 5 * cycles[0], "a slower memory shows in the waits"
+        assert cycles[1] > 2 * cycles[0], "a slower memory shows in the waits"

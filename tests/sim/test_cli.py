@@ -120,18 +120,18 @@ def test_a_bad_recording_is_one_line(tmp_path, monkeypatch, capsys):
 def test_render_and_replay_agree(tmp_path, monkeypatch, capsys):
     file = save(tmp_path)
     monkeypatch.chdir(tmp_path)
-    options = ["--frame", "1", "--size", "31x20", "--shadows", "--record", "rays.npz"]
+    options = ["--frame", "1", "--size", "15x10", "--shadows", "--record", "rays.npz"]
     code, out, err = run(monkeypatch, capsys, "render", file, *options, "--json", "r.json")
     assert (code, err) == (0, "") and max(map(len, out.split("\n"))) <= 80
     result = json.loads(Path("r.json").read_text())
     with Image.open("scene.png") as picture:
-        assert picture.size == (31, 20)
+        assert picture.size == (15, 10)
     assert result["model_mismatches"] == result["oracle"]["unexplained"] == 0
-    assert result["rays"] - result["shadow_rays"] == 31 * 20
-    assert result["shadow_rays"] == round(result["hit_fraction"] * 31 * 20) > 0
+    assert result["rays"] - result["shadow_rays"] == 15 * 10
+    assert result["shadow_rays"] == round(result["hit_fraction"] * 15 * 10) > 0
     waits = sum(result["stall_cycles"]["rays"].values())
     packets = (result["cycles"] - waits) / result["steps_per_packet"]
-    assert packets == pytest.approx(16 * 10 + result["shadow_rays"] / 4, rel=0.2)
+    assert packets == pytest.approx(8 * 5 + result["shadow_rays"] / 4, rel=0.2)
     assert result["updates"] == 1 and result["update_cycles"] > 0
 
     code, out, err = run(monkeypatch, capsys, "replay", "rays.npz", "--json", "p.json")

@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from hdl.fp.format import FloatFormat
+from hdl.rays.packet import MARGIN_ULPS
 from sim.model.fp.add import add_bits
 from sim.model.fp.format import encode
 from sim.model.fp.mul import mul_bits
@@ -21,9 +22,6 @@ ROUNDING_ULPS = 18
 The distance is that between the ray's origin and the scene, on an axis. 8 come from the sheared
 vertices, 10 from t: where the test finds a hit, the exact ray passes the exact triangle this near.
 """
-MARGIN_ULPS = 32
-"""Half ulps of the largest distance that boxes grow by: above ROUNDING_ULPS, so that every ray that
-hits a triangle enters the boxes around it, and the order of traversal never changes a hit."""
 
 
 def margin_scale(fmt: FloatFormat) -> int:

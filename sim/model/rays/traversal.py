@@ -6,16 +6,13 @@ import numpy as np
 from numba import njit
 
 from hdl.fp.format import FloatFormat
+from hdl.rays.packet import NO_TRIANGLE, RAYS
 from sim.compiler.order import Order
 from sim.model.fp.order import order_key
 from sim.model.rays.planes import clip_bits, key_bits
 from sim.model.rays.setup import COLUMNS, margin_scale, one, setup_bits
 from sim.model.rays.triangle import intersect_bits
 
-RAYS = 4
-"""Rays of a packet."""
-NO_TRIANGLE = (1 << 28) - 1
-"""The triangle of a ray that hits nothing: above all others."""
 COUNTERS = ("packets", "steps", "tests", "ray_tests", "pushes", "pops", "deepest")
 
 

@@ -9,8 +9,8 @@ from cocotb.triggers import RisingEdge
 
 from hdl.config import Config
 from hdl.fp.format import F24, FloatFormat
-from hdl.rays.camera import Camera, pixel_bits
-from hdl.rays.packet import RAYS
+from hdl.rays.camera import Camera
+from hdl.rays.packet import RAYS, pixel_bits
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import encode
 from sim.model.rays.camera import camera
