@@ -97,3 +97,9 @@ TINY = Config(
     cache_words=16,
 )
 """Small enough to meet every corner in a test."""
+
+SMALL = Config(vertex_registers=32, box_registers=32, packets=16, stack_depth=24, cache_words=512)
+"""For small devices: half the packets, a quarter of the caches."""
+
+CONFIGS = {"tiny": TINY, "small": SMALL, "full": FULL}
+"""Configurations by name."""

@@ -59,7 +59,8 @@ class Machine:
     ----------
     config : Config
     words : int
-        Least size of the memory; the real one is a power of 16, so that few simulators are built.
+        Least size of the memory; the real one is a power of 16 from a million on, or all that the
+        configuration addresses, so that few simulators are built.
     timing : Timing
     waves : Path, optional
         FST file for the waves of the whole run.
@@ -80,7 +81,7 @@ class Machine:
         waves: Path | None = None,
         unit: type[UpdateProcessor] | type[Core] = UpdateProcessor,
     ):
-        size = 1 << -(-max(words.bit_length(), 12) // 4) * 4
+        size = 1 << -(-max(words.bit_length(), 20) // 4) * 4
         bench = Bench(unit(config), min(size, 1 << config.address_bits))
         self.config = config
         self._job, self._counters = bench.i.payload.shape(), bench.counters.shape()

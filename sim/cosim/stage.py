@@ -17,7 +17,7 @@ from sim.prepare import Prepared
 from sim.tree.shape import depth
 
 WORST = 2000
-"""Cycles in which the slowest ray ends, for each cycle of the memory's latency over 32."""
+"""Cycles a ray that no job takes, of a memory of 32 cycles latency; in proportion of others."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """hdl.core, as Verilog: an update and rays on one memory, word for word as the model."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -25,7 +23,7 @@ CONFIGS = {
     "banks": Config(
         FloatFormat(5, 7), latency=2, address_bits=16, packets=4, stack_depth=16, cache_words=0
     ),
-    "full": replace(FULL, address_bits=20, cache_words=256),
+    "full": FULL,
 }
 TIMINGS = (Timing(1), Timing(32), Timing(20, 0.3, 5))
 QUICK = simulator() == "icarus"  # a thousand cycles a second

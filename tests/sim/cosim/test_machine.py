@@ -60,8 +60,8 @@ def test_stalls_cost_what_their_share_says(rng):
 
 
 def test_an_address_outside_of_the_memory_is_an_error():
-    program = assemble(["LOAD v0, 5000"])
-    with Machine(replace(TINY, address_bits=16), 300, Timing()) as machine:
+    program = assemble(["LOAD v0, 5000000"])
+    with Machine(replace(TINY, address_bits=24), 300, Timing()) as machine:
         machine.write(0, np.pad(program, (0, 3)).reshape(1, 4))
         with pytest.raises(SimulationError, match="outside of the memory"):
             machine.update(0, 1, 0, NODES_AT)

@@ -1,0 +1,5 @@
+"""`python -m fpga` is `bkd-fpga`."""
+
+from fpga.cli import main
+
+main()
