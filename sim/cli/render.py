@@ -41,7 +41,7 @@ def arguments(parser: Parser):
     scene_arguments(parser, default="walker")
     add = parser.add_argument
     frames = parser.add_mutually_exclusive_group()
-    frames.add_argument("--frame", metavar="K", help="one frame; that half way")
+    frames.add_argument("--frame", metavar="K", help="one frame; that a third of the way")
     frames.add_argument("--frames", metavar="A:B", help="an animation of frames A to B - 1")
     add("--size", metavar="WxH", default="512x386", help="in pixels; %(default)s")
     text = "auto: it fills the image; whole: all of it; or ex,ey,ez,tx,ty,tz,fov; %(default)s"
@@ -74,7 +74,7 @@ def run(options) -> int:
         if options.frames:
             frames = frames_of(options.frames, scene.frames)
         else:
-            frames = frames_of(options.frame or str(scene.frames // 2), scene.frames, "--frame")
+            frames = frames_of(options.frame or str(scene.frames // 3), scene.frames, "--frame")
         check_picture_file(out, len(frames))
         if options.record and len(frames) > 1:
             raise InputError(f"--record {options.record}: holds one frame; choose it by --frame")
