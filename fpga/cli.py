@@ -1,10 +1,5 @@
 """The command `bkd-fpga`: what a device takes."""
 
-import argparse
-import json
-import os
-import sys
-import tempfile
 from pathlib import Path
 
 from rich import box
@@ -14,20 +9,12 @@ from rich.table import Table
 from fpga.families import FAMILIES, RESOURCES
 from fpga.resources import BuildError, resources
 from hdl.config import CONFIGS
+from sim.command import Parser, run
+from sim.console import print_tables
+from sim.files import check_writable, write_json
 
 DEPTH = 2
 """Levels below the core that the table shows; the JSON has all."""
-
-
-class UsageError(Exception):
-    """An option that a user can mend."""
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message):
-        raise UsageError(f"{message}; see {self.prog} --help")
 
 
 def parser() -> Parser:
@@ -47,8 +34,7 @@ def parser() -> Parser:
 
 def run_resources(options) -> int:
     """Count what each unit takes of a device, as Yosys maps it."""
-    if options.json and not os.access(options.json.absolute().parent, os.W_OK):
-        raise UsageError(f"{options.json}: cannot be written; name a file in a folder that exists")
+    check_writable(options.json)
     console = Console(stderr=True)
     with console.status("") as status:
         units = resources(CONFIGS[options.config], options.family, status.update)
@@ -70,24 +56,12 @@ def run_resources(options) -> int:
     table.add_section()
     table.add_row("the device has", *(f"{has[r]:,}" for r in RESOURCES))
     table.add_row("the core takes", *(f"{whole[r] / has[r]:.0%}" for r in RESOURCES))
-    Console(highlight=False).print(table, width=80)
-    if options.json:
-        figures = {"config": options.config, "family": options.family, "device": family.device}
-        figures |= {"device_has": has, "units": units}
-        with tempfile.TemporaryDirectory(dir=options.json.absolute().parent) as folder:
-            temporary = Path(folder) / options.json.name
-            temporary.write_text(json.dumps(figures, indent=1) + "\n")
-            temporary.replace(options.json)
+    print_tables(table)
+    figures = {"config": options.config, "family": options.family, "device": family.device}
+    write_json(options.json, figures | {"device_has": has, "units": units})
     return 0 if all(whole[r] <= has[r] for r in RESOURCES) else 1
 
 
 def main():
-    """Run the command; errors that a user can mend are one line, and exit code 2."""
-    try:
-        options = parser().parse_args()
-        sys.exit(options.run(options))
-    except (UsageError, BuildError) as error:
-        print(f"bkd-fpga: {error}", file=sys.stderr)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    """Run the command."""
+    run(parser(), BuildError)

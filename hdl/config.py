@@ -25,7 +25,7 @@ class Config:
     packets : int
         Packets of four rays in flight. 1 to 32.
     stack_depth : int
-        Nodes that a packet can have waiting, so levels of the deepest tree less one. 1 to 64.
+        Nodes that a packet can have waiting: levels of nodes of the deepest tree. 1 to 64.
     cache_words : int
         Words of the cache of nodes, and of that of geometry: a power of two, 2 to 65536. With 0
         there are none; nodes and geometry have memory ports of their own, for banks on the chip.

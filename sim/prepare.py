@@ -102,7 +102,7 @@ def prepare(
     step("measuring all frames")
     normalised = normalise(scene, frames)
     step("building the tree")
-    chosen = poses_of(normalised.frames)
+    chosen = spread(normalised.frames, POSES)
     poses = np.stack([normalised.scene.pose(frame) for frame in chosen])
     begin = perf_counter()
     tree = build(poses, scene.faces, builder)
@@ -115,7 +115,7 @@ def prepare(
     return Prepared(normalised, tree, chosen, image, build_seconds, compile_seconds)
 
 
-def poses_of(frames: range) -> list[int]:
-    """Frames to build a tree over: the first one, and others at even distances."""
-    count = min(len(frames), POSES)
+def spread(frames: range, most: int) -> list[int]:
+    """Some of many frames: the first one, and others at even distances."""
+    count = min(len(frames), most)
     return [frames[k * len(frames) // count] for k in range(count)]

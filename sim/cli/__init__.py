@@ -1,12 +1,8 @@
 """The command `bkd-sim`: build, simulate, check, report."""
 
-import os
-import sys
-
 from sim.cli import disasm, info, render, replay, update
-from sim.cli.parser import Parser
+from sim.command import Parser, run
 from sim.cosim.verilate import SimulationError
-from sim.errors import InputError
 
 COMMANDS = {
     "render": render,
@@ -32,15 +28,5 @@ def parser() -> Parser:
 
 
 def main():
-    """Run the command; errors that a user can mend are one line, and exit code 2."""
-    try:
-        options = parser().parse_args()
-        sys.exit(options.run(options))
-    except (InputError, SimulationError) as error:
-        print(f"bkd-sim: {error}", file=sys.stderr)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except BrokenPipeError:  # the reader of a pipe has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(0)
+    """Run the command."""
+    run(parser(), SimulationError)

@@ -1,6 +1,7 @@
 """`bkd-sim disasm`."""
 
-from sim.cli.parser import Parser, config_of, scene_arguments, scene_of
+from sim.cli.parser import config_of, scene_arguments, scene_of
+from sim.command import Parser
 from sim.compiler.disassemble import disassemble
 from sim.prepare import prepare
 

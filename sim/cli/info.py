@@ -1,7 +1,9 @@
 """`bkd-sim info`."""
 
-from sim.cli.console import check_writable, print_tables, progress, write_json
-from sim.cli.parser import Parser, config_of, frames_of, json_argument, scene_arguments, scene_of
+from sim.cli.parser import config_of, frames_of, json_argument, scene_arguments, scene_of
+from sim.command import Parser
+from sim.console import conclude, progress
+from sim.files import check_writable
 from sim.prepare import prepare
 from sim.report.info import info_tables, scene_info
 
@@ -31,6 +33,5 @@ def run(options) -> int:
             step=lambda text: bar.update(task, description=text),
         )
         figures = scene_info(prepared)
-    print_tables(*info_tables(figures))
-    write_json(options.json, figures)
+    conclude(info_tables(figures), options.json, figures, ())
     return 0

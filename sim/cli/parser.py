@@ -1,12 +1,12 @@
-"""Options that several commands share, and what they mean."""
+"""Options that several commands of `bkd-sim` share, and what they mean."""
 
-import argparse
 import re
 from dataclasses import replace
 from pathlib import Path
 
 from hdl.config import FULL, Config
 from hdl.fp.format import FloatFormat
+from sim.command import Parser
 from sim.cosim.machine import Timing
 from sim.errors import InputError
 from sim.scene.load import load_scene
@@ -19,13 +19,6 @@ SCENE_HELP = (
     "walker, waves, room or burst, with a size as in walker:80k; an .npz with faces and vertices; "
     "glTF; any mesh file; a folder or pattern of numbered meshes"
 )
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message):
-        raise InputError(f"{message}; see {self.prog} --help")
 
 
 def scene_arguments(parser: Parser, default: str | None = None):

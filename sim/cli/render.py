@@ -1,14 +1,11 @@
 """`bkd-sim render`."""
 
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
 
-from sim.cli.console import check_writable, print_tables, progress, write_json
 from sim.cli.parser import (
-    Parser,
     frames_of,
     json_argument,
     memory_arguments,
@@ -17,8 +14,11 @@ from sim.cli.parser import (
     scene_arguments,
     scene_of,
 )
+from sim.command import Parser
+from sim.console import conclude, progress
 from sim.errors import InputError
-from sim.prepare import Prepared, prepare
+from sim.files import check_writable
+from sim.prepare import Prepared, prepare, spread
 from sim.report.light import light
 from sim.report.painter import Painter
 from sim.report.picture import check_picture_file, save
@@ -96,10 +96,7 @@ def run(options) -> int:
         save(out, painter.pictures, fps=options.fps or 24.0)
         if options.record:
             recorder.save(options.record)
-    print_tables(*render_tables(report, out))
-    write_json(options.json, report.as_dict())
-    for line in report.mismatches_shown:
-        print(line, file=sys.stderr)
+    conclude(render_tables(report, out), options.json, report.as_dict(), report.mismatches_shown)
     return 1 if report.model_mismatches else 0
 
 
@@ -113,8 +110,7 @@ def _size(text: str) -> tuple[int, int]:
 def _camera(text: str, prepared: Prepared, frames: range, width: int, height: int) -> Camera:
     """The camera in normalised coordinates."""
     if text in FILLS:
-        shown = [frames[k * len(frames) // POSES] for k in range(POSES)]
-        poses = np.stack([prepared.scene.pose(frame) for frame in dict.fromkeys(shown)])
+        poses = np.stack([prepared.scene.pose(frame) for frame in spread(frames, POSES)])
         return auto(poses, prepared.scene.faces, width, height, FILLS[text])
     eye, target, fov = parse(text)
     eye, target = prepared.normalised.points(np.stack([eye, target]))

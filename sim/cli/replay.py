@@ -1,16 +1,16 @@
 """`bkd-sim replay`."""
 
-import sys
 from pathlib import Path
 
-from sim.cli.console import check_writable, print_tables, progress, write_json
 from sim.cli.parser import (
-    Parser,
     json_argument,
     memory_arguments,
     ray_config_of,
     ray_timing_of,
 )
+from sim.command import Parser
+from sim.console import conclude, progress
+from sim.files import check_writable
 from sim.report.recording import load
 from sim.report.replay import measure_replay
 from sim.report.tables import replay_tables
@@ -43,8 +43,5 @@ def run(options) -> int:
             step=lambda text: bar.update(task, description=text),
             tick=lambda ended: bar.update(task, completed=ended),
         )
-    print_tables(*replay_tables(report))
-    write_json(options.json, report.as_dict())
-    for line in report.mismatches_shown:
-        print(line, file=sys.stderr)
+    conclude(replay_tables(report), options.json, report.as_dict(), report.mismatches_shown)
     return 1 if report.mismatches else 0

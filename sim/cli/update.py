@@ -1,11 +1,8 @@
 """`bkd-sim update`."""
 
-import sys
 from pathlib import Path
 
-from sim.cli.console import check_writable, print_tables, progress, write_json
 from sim.cli.parser import (
-    Parser,
     config_of,
     frames_of,
     json_argument,
@@ -14,7 +11,10 @@ from sim.cli.parser import (
     timing_arguments,
     timing_of,
 )
+from sim.command import Parser
+from sim.console import conclude, progress
 from sim.errors import InputError
+from sim.files import check_writable
 from sim.prepare import prepare
 from sim.report.tables import update_tables
 from sim.report.update import measure_update
@@ -59,8 +59,5 @@ def run(options) -> int:
             step=step,
             done=lambda _: bar.advance(task),
         )
-    print_tables(*update_tables(report))
-    write_json(options.json, report.as_dict())
-    for line in report.mismatches_shown:
-        print(line, file=sys.stderr)
+    conclude(update_tables(report), options.json, report.as_dict(), report.mismatches_shown)
     return 1 if report.mismatches else 0

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdl.config import Config
-from hdl.fp.format import FloatFormat
+from hdl.fp.format import F24, FloatFormat
 from hdl.rays.packet import hit, pixel_bits, ray_word
 from hdl.records import vertex, word_bits
 from sim.compiler import fields
 from sim.errors import InputError
+
+HIT_FIELDS = tuple(name for name, _ in hit(F24))
+"""Of a hit record, in any format."""
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,26 @@ from sim.compiler.image import Image
 from sim.model.fp.format import decode
 from sim.model.fp.order import order_key
 
+SHOWN = 10
+"""Mismatches that a report describes."""
 BOUNDS = ("left lo", "left hi", "right lo", "right hi")
 
 
 def mismatches(expected: np.ndarray, found: np.ndarray) -> np.ndarray:
     """Addresses at which two memories of words (n, limbs) differ."""
     return np.flatnonzero((expected != found).any(axis=1))
+
+
+def describe_all(
+    image: Image, frame: int, expected: np.ndarray, found: np.ndarray
+) -> tuple[int, list[str]]:
+    """Number of words that differ in a frame, and a line on each of the first."""
+    wrong = mismatches(expected, found)
+    lines = [
+        f"frame {frame}, {describe(image, address, expected[address], found[address])}"
+        for address in wrong[:SHOWN].tolist()
+    ]
+    return len(wrong), lines
 
 
 def describe(image: Image, address: int, expected: np.ndarray, found: np.ndarray) -> str:

@@ -6,19 +6,20 @@ from time import perf_counter
 
 import numpy as np
 
+from hdl.fp.format import FloatFormat
+from sim.compiler.rays import HIT_FIELDS
 from sim.cosim.stage import Cast, Stage
 from sim.model.fp.format import decode, encode
+from sim.model.fp.order import order_key
 from sim.model.rays.camera import Rays
 from sim.model.rays.setup import ROUNDING_ULPS
 from sim.model.rays.traversal import NO_TRIANGLE, trace
 from sim.oracle.classify import CLASSES, Taxonomy, classify
 from sim.oracle.trace import trace as trace_exactly
+from sim.report.mismatch import SHOWN
 
-HIT_FIELDS = ("t", "u", "v", "triangle")
 COUNTED = ("steps", "tests", "ray_tests", "pushes", "pops")
 """Counters of the hardware that the model has too."""
-SHOWN = 10
-"""Mismatches that a report describes."""
 
 
 @dataclass
@@ -37,14 +38,12 @@ class Pass:
         Cycles without a step, by cause.
     cache : dict
         hits and misses, of nodes and of geometry.
-    expected : dict of (n,) int64
-        Hit records of the model.
+    model : dict
+        Hit records by how they differ from the model's: counts of CLASSES.
     mismatches : int
         Hit records and counters that are not the model's.
     shown : list of str
-    oracle : dict
-        Counts of sim.oracle.classify.CLASSES; rays unexplained; of the others the
-        largest share of what rounding may do.
+    oracle : Taxonomy
     model_seconds : float
     """
 
@@ -55,10 +54,10 @@ class Pass:
     counters: dict[str, int]
     waits: dict[str, int]
     cache: dict[str, dict[str, int]]
-    expected: dict[str, np.ndarray]
+    model: dict[str, int]
     mismatches: int
     shown: list[str]
-    oracle: dict
+    oracle: Taxonomy
     model_seconds: float
 
 
@@ -78,9 +77,8 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
     expected = {field: getattr(traced, field) for field in HIT_FIELDS}
 
     counters = cast.counters["cast"]
-    wrong = np.flatnonzero(
-        np.any([cast.hits[f] != expected[f] for f in HIT_FIELDS], axis=0)
-    ).tolist()
+    kinds = differences(fmt, cast.hits, expected)
+    wrong = np.flatnonzero(kinds).tolist()
     shown = [f"{name} ray {k}: {_difference(cast.hits, expected, k)}" for k in wrong[:SHOWN]]
     off = [key for key in COUNTED if counters[key] != traced.counters[key]]
     shown += [f"{name} {key}: {counters[key]}, not {traced.counters[key]}" for key in off]
@@ -98,42 +96,54 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
         counters={key: counters[key] for key in ("packets", *COUNTED)},
         waits=counters["waits"],
         cache={kind: cast.counters[kind] for kind in ("nodes", "geometry")},
-        expected=expected,
+        model=class_counts(kinds),
         mismatches=len(wrong) + len(off),
         shown=shown,
-        oracle={
-            **taxonomy.counts,
-            "unexplained": taxonomy.unexplained,
-            "largest_movement": taxonomy.largest_movement,
-        },
+        oracle=taxonomy,
         model_seconds=model_seconds,
     )
 
 
-def in_all(passes: Sequence[Pass]) -> Pass:
-    """Sums over passes; of errors the largest."""
+def total(figures: Sequence[dict[str, int]]) -> dict[str, int]:
+    """Sums of figures of the same names."""
+    return {name: sum(of[name] for of in figures) for name in figures[0]}
 
-    def total(dicts):
-        return {key: sum(d[key] for d in dicts) for key in dicts[0]}
 
-    oracles = [p.oracle for p in passes]
-    return Pass(
-        name="all",
-        rays=sum(p.rays for p in passes),
-        hits=sum(p.hits for p in passes),
-        cycles=sum(p.cycles for p in passes),
-        counters=total([p.counters for p in passes]),
-        waits=total([p.waits for p in passes]),
-        cache={kind: total([p.cache[kind] for p in passes]) for kind in passes[0].cache},
-        expected={f: np.concatenate([p.expected[f] for p in passes]) for f in HIT_FIELDS},
-        mismatches=sum(p.mismatches for p in passes),
-        shown=[line for p in passes for line in p.shown][:SHOWN],
-        oracle={
-            **{key: sum(o[key] for o in oracles) for key in (*CLASSES, "unexplained")},
-            "largest_movement": max(o["largest_movement"] for o in oracles),
-        },
-        model_seconds=sum(p.model_seconds for p in passes),
+def oracle_figures(taxonomies: Sequence[Taxonomy]) -> dict:
+    """Of several passes: counts of CLASSES, rays unexplained, and of all the largest movement."""
+    figures = [taxonomy.as_dict() for taxonomy in taxonomies]
+    movements = [of["largest_movement"] for of in figures]
+    return {
+        **total([of["counts"] for of in figures]),
+        "unexplained": sum(of["unexplained"] for of in figures),
+        "largest_movement": None if None in movements else max(movements),
+    }
+
+
+def differences(
+    fmt: FloatFormat, found: dict[str, np.ndarray], expected: dict[str, np.ndarray]
+) -> np.ndarray:
+    """How hit records differ: the index into CLASSES (n,) of each, decided on bits."""
+    same = np.all([found[f] == expected[f] for f in HIT_FIELDS], axis=0)
+    t, expected_t = (order_key(fmt, hits["t"]) for hits in (found, expected))
+    hit, expected_hit = (hits["triangle"] != NO_TRIANGLE for hits in (found, expected))
+    return np.select(
+        [
+            same,
+            found["triangle"] == expected["triangle"],
+            hit & expected_hit & (t == expected_t),
+            ~hit & expected_hit,
+            hit & ~expected_hit,
+            t < expected_t,
+        ],
+        range(len(CLASSES) - 1),
+        len(CLASSES) - 1,
     )
+
+
+def class_counts(kinds: np.ndarray) -> dict[str, int]:
+    """Hit records of each of CLASSES."""
+    return {name: int((kinds == kind).sum()) for kind, name in enumerate(CLASSES)}
 
 
 def _difference(found: dict[str, np.ndarray], expected: dict[str, np.ndarray], ray: int) -> str:

@@ -1,7 +1,6 @@
 """Pictures and animations as files, through Pillow."""
 
 import io
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import numpy as np
 from PIL import Image
 
 from sim.errors import InputError
+from sim.files import written_whole
 
 ANIMATED = (".png", ".gif", ".webp")
 """Suffixes of files that hold several pictures."""
@@ -54,14 +54,12 @@ def save(file: Path, pictures: Sequence[np.ndarray], fps: float = 24.0):
         What `check_picture_file` refuses; the format does not hold a picture of this size.
     """
     check_picture_file(file, len(pictures))
-    with tempfile.TemporaryDirectory(dir=file.absolute().parent) as folder:
-        temporary = Path(folder) / file.name
+    with written_whole(file) as temporary:
         try:
             with temporary.open("wb") as stream:
                 _write(stream, file.suffix, pictures, fps)
         except (ValueError, OSError) as error:
             raise InputError(f"{file}: cannot be written: {error}") from error
-        temporary.replace(file)
 
 
 def _write(stream, suffix: str, pictures: Sequence[np.ndarray], fps: float):

@@ -1,6 +1,5 @@
 """Rays of a run in a file, with the mesh and the tree that they met."""
 
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
@@ -10,8 +9,10 @@ import numpy as np
 from hdl.config import Config
 from hdl.fp.format import FloatFormat
 from sim.compiler.compile import compile_tree
+from sim.compiler.rays import HIT_FIELDS
 from sim.cosim.stage import Cast, Stage
 from sim.errors import InputError
+from sim.files import written_whole
 from sim.model.fp.format import decode
 from sim.model.rays.camera import Rays
 from sim.prepare import Prepared
@@ -20,8 +21,7 @@ from sim.scene.scene import Scene
 from sim.tree.shape import check
 from sim.tree.tree import Tree
 
-RAYS = ("origins", "directions", "t_min", "t_max")
-HITS = ("t", "u", "v", "triangle")
+RAY_FIELDS = ("origins", "directions", "t_min", "t_max")
 VERSION = 1
 
 
@@ -35,7 +35,7 @@ class Recorder:
     def add(self, stage: Stage, rays: Rays, cast: Cast):
         """Keep rays and the hits that the Verilog found."""
         self._stage = stage
-        self._passes.append({k: getattr(rays, k) for k in RAYS} | cast.hits)
+        self._passes.append({k: getattr(rays, k) for k in RAY_FIELDS} | cast.hits)
 
     def save(self, file: Path):
         """Write all that was kept, whole or not at all."""
@@ -44,7 +44,7 @@ class Recorder:
         prepared = self._stage.prepared
         columns = {
             name: np.concatenate([p[name] for p in self._passes]).astype(np.uint32)
-            for name in (*RAYS, *HITS)
+            for name in (*RAY_FIELDS, *HIT_FIELDS)
         }
         fmt = prepared.config.fmt
         arrays = {
@@ -56,10 +56,8 @@ class Recorder:
             "children": prepared.tree.children,
             "axis": prepared.tree.axis,
         }
-        with tempfile.TemporaryDirectory(dir=file.absolute().parent) as folder:
-            temporary = Path(folder) / file.name
+        with written_whole(file) as temporary:
             np.savez_compressed(temporary, allow_pickle=False, **(arrays | columns))
-            temporary.replace(file)
 
 
 @dataclass(frozen=True)
@@ -111,21 +109,21 @@ def load(file: Path) -> Recording:
         with file.open("rb") as stream, np.load(stream) as stored:
             if int(stored["version"]) != VERSION:
                 raise InputError(f"{file}: recorded by another version; record it again")
-            columns = {name: stored[name].astype(np.int64) for name in (*RAYS, *HITS)}
+            columns = {name: stored[name].astype(np.int64) for name in (*RAY_FIELDS, *HIT_FIELDS)}
             fmt = FloatFormat(*stored["format"].tolist())
             tree = Tree(stored["children"], stored["axis"])
             faces, bits = stored["faces"], stored["bits"].astype(np.int64)
             name = str(stored["name"])
         check(tree, len(faces))
         count = len(columns["t"])
-        shapes = [columns[name].shape for name in (*RAYS, *HITS)]
+        shapes = [columns[name].shape for name in (*RAY_FIELDS, *HIT_FIELDS)]
         if shapes != [(count, 3)] * 2 + [(count,)] * 6 or count % 4 or not count:
             raise ValueError("its rays are no whole packets")
         if faces.max(initial=0) >= len(bits) or faces.min(initial=0) < 0:
             raise ValueError("a face names no vertex")
-        if max(int(columns[k].max()) for k in (*RAYS, *HITS[:3])) >> fmt.bits:
+        if max(int(columns[k].max()) for k in (*RAY_FIELDS, *HIT_FIELDS[:3])) >> fmt.bits:
             raise ValueError(f"its numbers are not of format {fmt}")
     except (OSError, ValueError, KeyError, TypeError, BadZipFile, EOFError) as error:
         raise InputError(f"{file}: no whole recording of bkd-sim render ({error})") from error
-    rays = Rays(*(columns[name] for name in RAYS), pixels=np.full(count, -1))
-    return Recording(name, fmt, faces, bits, tree, rays, {k: columns[k] for k in HITS})
+    rays = Rays(*(columns[name] for name in RAY_FIELDS), pixels=np.full(count, -1))
+    return Recording(name, fmt, faces, bits, tree, rays, {k: columns[k] for k in HIT_FIELDS})

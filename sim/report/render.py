@@ -14,8 +14,8 @@ from sim.model.fp.format import decode
 from sim.model.rays.camera import Rays
 from sim.prepare import Prepared
 from sim.report import pixels
-from sim.report.mismatch import describe, mismatches
-from sim.report.passes import SHOWN, Pass, check_pass, in_all
+from sim.report.mismatch import SHOWN, describe_all
+from sim.report.passes import Pass, check_pass, oracle_figures, total
 from sim.report.seen import Seen
 from sim.scene.camera import Camera
 
@@ -95,8 +95,8 @@ def measure_render(
 ) -> RenderReport:
     """Render frames in the Verilog; compare every hit and all of the scene's memory.
 
-    The tree is over the first frame that was prepared, and so are the bounds in memory at first:
-    a frame is updated if its vertices are not those in memory.
+    In memory are the vertices and bounds of the first frame that was prepared: a frame is updated
+    if its vertices are not those in memory.
 
     Parameters
     ----------
@@ -185,36 +185,35 @@ class _Run:
 
     def compare(self, frame: int):
         """Hold the words of the scene to what they should be."""
-        report, image, expected = self.report, self.stage.prepared.image, self.stage.memory
+        report, image = self.report, self.stage.prepared.image
         found = self.stage.machine.read(0, image.size)
-        wrong = mismatches(expected, found)
-        report.model_mismatches += len(wrong)
-        report.mismatches_shown += [
-            f"frame {frame}, {describe(image, address, expected[address], found[address])}"
-            for address in wrong[:SHOWN].tolist()
-        ]
+        count, lines = describe_all(image, frame, self.stage.memory, found)
+        report.model_mismatches += count
+        report.mismatches_shown += lines
 
     def sum(self):
         """Figures of all passes."""
-        report, total = self.report, in_all(self.passes)
-        camera = self.passes[:: len(self.passes) // len(report.frames)]
-        report.rays = total.rays
-        report.shadow_rays = total.rays - sum(p.rays for p in camera)
-        report.cycles = total.cycles
-        report.cycles_per_frame = _per_frame([p.cycles for p in self.passes], len(report.frames))
-        report.cycles_per_ray = total.cycles / total.rays
-        report.steps_per_packet = total.counters["steps"] / total.counters["packets"]
-        report.triangle_tests_per_ray = total.counters["ray_tests"] / total.rays
+        report, passes = self.report, self.passes
+        camera = passes[:: len(passes) // len(report.frames)]
+        counters = total([p.counters for p in passes])
+        report.rays = sum(p.rays for p in passes)
+        report.shadow_rays = report.rays - sum(p.rays for p in camera)
+        report.cycles = sum(p.cycles for p in passes)
+        report.cycles_per_frame = _per_frame([p.cycles for p in passes], len(report.frames))
+        report.cycles_per_ray = report.cycles / report.rays
+        report.steps_per_packet = counters["steps"] / counters["packets"]
+        report.triangle_tests_per_ray = counters["ray_tests"] / report.rays
         report.hit_fraction = sum(p.hits for p in camera) / sum(p.rays for p in camera)
-        report.model_mismatches += total.mismatches
-        report.mismatches_shown = [*total.shown, *report.mismatches_shown][:SHOWN]
-        report.oracle = total.oracle
-        report.cache = total.cache
+        report.model_mismatches += sum(p.mismatches for p in passes)
+        shown = [line for p in passes for line in p.shown]
+        report.mismatches_shown = [*shown, *report.mismatches_shown][:SHOWN]
+        report.oracle = oracle_figures([p.oracle for p in passes])
+        report.cache = {kind: total([p.cache[kind] for p in passes]) for kind in passes[0].cache}
         report.update_cycles = self.update_counters.total()
         report.update_share = report.update_cycles / (report.update_cycles + report.cycles)
         waits = {k: v for k, v in self.update_counters.items() if k != "instructions"}
-        report.stall_cycles = {"update": waits, "rays": total.waits}
-        report.model_rays_per_second = total.rays / total.model_seconds
+        report.stall_cycles = {"update": waits, "rays": total([p.waits for p in passes])}
+        report.model_rays_per_second = report.rays / sum(p.model_seconds for p in passes)
         cycles = report.cycles + report.update_cycles
         report.simulated_cycles_per_second = cycles / report.wall_seconds
 

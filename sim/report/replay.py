@@ -4,15 +4,10 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from time import perf_counter
 
-import numpy as np
-
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Stage
-from sim.model.fp.order import order_key
-from sim.model.rays.traversal import NO_TRIANGLE
-from sim.oracle.classify import CLASSES
 from sim.prepare import Prepared
-from sim.report.passes import HIT_FIELDS, check_pass
+from sim.report.passes import check_pass, class_counts, differences, oracle_figures
 from sim.report.recording import Recording
 
 
@@ -66,7 +61,7 @@ def measure_replay(
         seconds = perf_counter() - begin
         step("checking")
         checked = check_pass("recorded", stage, rays, cast)
-    recorded = differences(config.fmt, cast.hits, recording.hits)
+    recorded = class_counts(differences(config.fmt, cast.hits, recording.hits))
     return ReplayReport(
         scene=recording.name,
         format=str(config.fmt),
@@ -76,29 +71,9 @@ def measure_replay(
         cycles=checked.cycles,
         cycles_per_ray=checked.cycles / max(checked.rays, 1),
         recorded=recorded,
-        model=differences(config.fmt, cast.hits, checked.expected),
-        oracle=checked.oracle,
+        model=checked.model,
+        oracle=oracle_figures([checked.oracle]),
         mismatches=checked.mismatches + len(rays.t_min) - recorded["same_bits"],
         mismatches_shown=checked.shown,
         wall_seconds=seconds,
     )
-
-
-def differences(fmt, found: dict[str, np.ndarray], expected: dict[str, np.ndarray]) -> dict:
-    """Hit records by how they differ: counts of sim.oracle.classify.CLASSES, decided on bits."""
-    same = np.all([found[f] == expected[f] for f in HIT_FIELDS], axis=0)
-    t, expected_t = (order_key(fmt, hits["t"]) for hits in (found, expected))
-    hit, expected_hit = (hits["triangle"] != NO_TRIANGLE for hits in (found, expected))
-    kinds = np.select(
-        [
-            same,
-            found["triangle"] == expected["triangle"],
-            hit & expected_hit & (t == expected_t),
-            ~hit & expected_hit,
-            hit & ~expected_hit,
-            t < expected_t,
-        ],
-        range(len(CLASSES) - 1),
-        len(CLASSES) - 1,
-    )
-    return {name: int((kinds == kind).sum()) for kind, name in enumerate(CLASSES)}

@@ -5,18 +5,13 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from time import perf_counter
 
-import numpy as np
-
 from sim.cosim.machine import Machine, Timing
 from sim.model.refit import refit
 from sim.model.update import execute
 from sim.prepare import Prepared
-from sim.report.mismatch import describe, mismatches
+from sim.report.mismatch import SHOWN, describe_all
 from sim.tree.build import build
 from sim.tree.cost import pose_cost
-
-SHOWN = 10
-"""Mismatches that a report describes."""
 
 
 @dataclass
@@ -121,7 +116,9 @@ def measure_update(
             report.mismatches += int((ran != bounds).any(axis=1).sum())
             expected[image.vertices_at : image.triangles_at] = vertices
             expected[image.nodes_at :] = image.node_words(bounds)
-            _compare(report, frame, image, expected, machine.read(0, image.size))
+            count, lines = describe_all(image, frame, expected, machine.read(0, image.size))
+            report.mismatches += count
+            report.mismatches_shown = [*report.mismatches_shown, *lines][:SHOWN]
 
             report.sah_ratio.append(_sah_ratio(prepared, frame, builder))
             done(frame)
@@ -137,14 +134,6 @@ def _count(report: UpdateReport, counters: dict[str, int]):
     for cause, count in counters.items():
         if cause != "instructions":
             report.stall_cycles[cause] = report.stall_cycles.get(cause, 0) + count
-
-
-def _compare(report: UpdateReport, frame: int, image, expected: np.ndarray, found: np.ndarray):
-    wrong = mismatches(expected, found)
-    report.mismatches += len(wrong)
-    for address in wrong[: SHOWN - len(report.mismatches_shown)].tolist():
-        line = describe(image, address, expected[address], found[address])
-        report.mismatches_shown.append(f"frame {frame}, {line}")
 
 
 def _sah_ratio(prepared: Prepared, frame: int, builder: str) -> float:

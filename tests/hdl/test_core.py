@@ -6,7 +6,7 @@ import pytest
 from hdl.config import FULL, Config
 from hdl.core import Core
 from hdl.fp.format import FloatFormat
-from sim.compiler.rays import View, hit_words, hits_of, image_fields, ray_words
+from sim.compiler.rays import HIT_FIELDS, View, hit_words, hits_of, image_fields, ray_words
 from sim.cosim.machine import Machine, Timing
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import encode
@@ -14,6 +14,7 @@ from sim.model.rays.camera import camera
 from sim.model.rays.traversal import NO_TRIANGLE, trace
 from sim.model.refit import refit
 from sim.prepare import prepare
+from sim.report.passes import COUNTED
 from sim.scene.load import load_scene
 
 CONFIGS = {
@@ -29,8 +30,6 @@ TIMINGS = (Timing(1), Timing(32), Timing(20, 0.3, 5))
 QUICK = simulator() == "icarus"  # a thousand cycles a second
 SCENE = "waves:50" if QUICK else "walker:500"
 WORST = 1500  # cycles a ray, at the least latency
-HIT_FIELDS = ("t", "u", "v", "triangle")
-COUNTED = ("steps", "tests", "ray_tests", "pushes", "pops")
 
 
 def random_rays(rng, fmt, count):

@@ -56,7 +56,7 @@ def check(stage: Stage, rays: Rays) -> np.ndarray:
     cast = stage.cast(rays)
     found = check_pass("rays", stage, rays, cast)
     assert not found.mismatches, found.shown
-    assert not found.oracle["unexplained"], found.shown
+    assert not found.oracle.unexplained, found.shown
     return cast.hits["triangle"]
 
 

@@ -1,0 +1,39 @@
+"""What commands show: progress, tables, and what is wrong."""
+
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from sim.files import write_json
+
+
+def progress() -> Progress:
+    """Progress on standard error; none where that is no terminal."""
+    console = Console(stderr=True)
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    )
+
+
+def print_tables(*tables):
+    """Print tables, no wider than 80 columns even into a pipe."""
+    console = Console(highlight=False)
+    width = min(console.width, 80) if console.is_terminal else 80
+    console.print(*tables, sep="", width=width)
+
+
+def conclude(tables: Iterable, json: Path | None, figures: dict, mismatches: Sequence[str]):
+    """Print tables, write figures to a file if there is one, and say on stderr what is wrong."""
+    print_tables(*tables)
+    write_json(json, figures)
+    for line in mismatches:
+        print(line, file=sys.stderr)

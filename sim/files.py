@@ -1,0 +1,33 @@
+"""Files that are written whole or not at all."""
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from sim.errors import InputError
+
+
+def check_writable(*files: Path | None):
+    """Refuse files that cannot be written, before the work and not after it."""
+    for file in files:
+        if file and (file.is_dir() or not os.access(file.absolute().parent, os.W_OK)):
+            raise InputError(f"{file}: cannot be written; name a file in a folder that exists")
+
+
+@contextmanager
+def written_whole(file: Path) -> Iterator[Path]:
+    """A file of the same name in a new folder, to write to; it takes its place at the end."""
+    with tempfile.TemporaryDirectory(dir=file.absolute().parent) as folder:
+        temporary = Path(folder) / file.name
+        yield temporary
+        temporary.replace(file)
+
+
+def write_json(file: Path | None, figures: dict):
+    """Write figures, if there is a file for them."""
+    if file:
+        with written_whole(file) as temporary:
+            temporary.write_text(json.dumps(figures, indent=1) + "\n")
