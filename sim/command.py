@@ -3,6 +3,7 @@
 import argparse
 import os
 import sys
+from types import ModuleType
 
 from sim.errors import InputError
 
@@ -12,6 +13,20 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message):
         raise InputError(f"{message}; see {self.prog} --help")
+
+
+def parser(prog: str, description: str, commands: dict[str, ModuleType]) -> Parser:
+    """A parser of commands by name: modules with EXAMPLE, `arguments` and `run`."""
+    top = Parser(prog=prog, description=description)
+    found = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
+    for name, command in commands.items():
+        text = (command.run.__doc__ or "").split("\n")[0]
+        example = f"Example: {prog} {command.EXAMPLE}"
+        top.epilog = top.epilog or example
+        sub = found.add_parser(name, help=text, description=text, epilog=example)
+        command.arguments(sub)
+        sub.set_defaults(run=command.run)
+    return top
 
 
 def run(parser: Parser, *failures: type[Exception]):

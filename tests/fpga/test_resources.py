@@ -40,7 +40,7 @@ def synthesised(monkeypatch, tmp_path):
     monkeypatch.setenv("BKDTREE_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(resources, "_synthesise", lambda *a: runs.append(a) or MODULES)
     monkeypatch.setattr(resources, "_verilog", repr)
-    monkeypatch.setattr(resources, "_version", lambda: "1")
+    monkeypatch.setattr(resources, "version", lambda _: "1")
     return runs
 
 
