@@ -6,8 +6,10 @@ from amaranth.lib.wiring import In, Out
 
 from hdl import records
 from hdl.config import Config
+from hdl.isa import INSTRUCTION_BITS, NODE_BITS, REGISTER_BITS
 from hdl.memory.arbiter import Arbiter
 from hdl.memory.port import Port, PortInterface
+from hdl.stream import Slice
 from hdl.update.fetch import Fetch, program
 from hdl.update.issue import Issue, Stall
 from hdl.update.loader import Loader
@@ -81,11 +83,14 @@ class UpdateProcessor(wiring.Component):
         m.submodules.loader = loader = Loader(config)
         m.submodules.merge3 = merge3 = Merge3(config.fmt)
         m.submodules.merge2 = merge2 = Merge2(config.fmt)
-        m.submodules.writer = writer = Writer(config, slack=config.box_latency - 1)
+        m.submodules.writer = writer = Writer(config, slack=3)
         m.submodules.arbiter = arbiter = Arbiter(
             config, clients=3, outstanding=fetch.depth + config.vertex_registers
         )
-        wiring.connect(m, fetch.o, issue.i)
+        # Whether an instruction goes is known late in its cycle.
+        m.submodules.next = next_instruction = Slice(INSTRUCTION_BITS)
+        wiring.connect(m, fetch.o, next_instruction.i)
+        wiring.connect(m, next_instruction.o, issue.i)
         wiring.connect(m, issue.o_load, loader.i)
         # Instructions first, since nothing goes on without them and they ask for little. Nodes
         # last, since nothing waits for them but a full writer.
@@ -95,9 +100,12 @@ class UpdateProcessor(wiring.Component):
 
         vertex, box = records.vertex(config.fmt), records.box(config.fmt)
         m.submodules.vertices = vertices = RegisterFile(
-            vertex, depth=config.vertex_registers, reads=3
+            vertex, depth=config.vertex_registers, reads=3, forwards=False
         )
-        m.submodules.boxes = boxes = RegisterFile(box, depth=config.box_registers, reads=2)
+        # A merge waits for the box before it: no cycle may be lost there.
+        m.submodules.boxes = boxes = RegisterFile(
+            box, depth=config.box_registers, reads=2, forwards=True
+        )
         m.d.comb += [
             vertices.i.valid.eq(loader.o.valid),
             vertices.i.p.index.eq(loader.o.p.v),
@@ -107,35 +115,46 @@ class UpdateProcessor(wiring.Component):
             issue.room.eq(writer.room),
         ]
         # issue: read the registers
-        for read, v in enumerate(("v0", "v1", "v2")):
-            m.d.comb += vertices.indices[read].eq(issue.o_merge3.p[v])
-            m.d.comb += merge3.i.p[v].eq(vertices.values[read])
-        for read, b in enumerate(("b0", "b1")):
-            m.d.comb += boxes.indices[read].eq(issue.o_merge2.p[b])
-            m.d.comb += merge2.i.p[b].eq(boxes.values[read])
-        m.d.sync += [
-            merge3.i.valid.eq(issue.o_merge3.valid),
-            merge2.i.valid.eq(issue.o_merge2.valid),
-            merge2.i.p.axis.eq(issue.o_merge2.p.axis),
+        for reader, v in enumerate(("v0", "v1", "v2")):
+            m.d.comb += vertices.indices[reader].eq(issue.o_merge3.p[v])
+            m.d.comb += merge3.i.p[v].eq(vertices.values[reader])
+        for reader, b in enumerate(("b0", "b1")):
+            m.d.comb += boxes.indices[reader].eq(issue.o_merge2.p[b])
+            m.d.comb += merge2.i.p[b].eq(boxes.values[reader])
+        # What does not pass the registers and the merge units goes beside them.
+        beside = data.StructLayout({
+            "merge3": 1,
+            "merge2": 1,
+            "b": REGISTER_BITS,
+            "axis": issue.o_merge2.p.axis.shape(),
+            "node": NODE_BITS,
+        })
+        issued, reading, merging, writing = (
+            Signal(beside, name=stage) for stage in ("issued", "reading", "merging", "writing")
+        )
+        m.d.comb += [
+            issued.merge3.eq(issue.o_merge3.valid),
+            issued.merge2.eq(issue.o_merge2.valid),
+            issued.b.eq(issue.o_merge3.p.b),  # the same bits in MERGE2
+            issued.axis.eq(issue.o_merge2.p.axis),
+            issued.node.eq(issue.o_merge2.p.node),
         ]
-        # next cycle: merge. What does not pass the merge units goes beside them.
-        merge_b = Signal.like(issue.o_merge3.p.b)
-        merge_node = Signal.like(issue.o_merge2.p.node)
-        write_b = Signal.like(merge_b)
-        m.d.sync += [
-            merge_b.eq(issue.o_merge3.p.b),  # the same bits in MERGE2
-            merge_node.eq(issue.o_merge2.p.node),
-            write_b.eq(merge_b),
-            writer.i.p.node.eq(merge_node),
+        m.d.sync += [reading.eq(issued), merging.eq(reading), writing.eq(merging)]
+        # two cycles later: merge
+        m.d.comb += [
+            merge3.i.valid.eq(merging.merge3),
+            merge2.i.valid.eq(merging.merge2),
+            merge2.i.p.axis.eq(merging.axis),
         ]
         # the cycle after: write
         m.d.comb += [
             boxes.i.valid.eq(merge3.o.valid | merge2.o.valid),
-            boxes.i.p.index.eq(write_b),
+            boxes.i.p.index.eq(writing.b),
             boxes.i.p.value.eq(Mux(merge3.o.valid, merge3.o.payload, merge2.o.p.box)),
             merge3.o.ready.eq(1),
             merge2.o.ready.eq(1),  # the writer has room, or it would not have been issued
             writer.i.valid.eq(merge2.o.valid),
+            writer.i.p.node.eq(writing.node),
             writer.i.p.bounds.eq(merge2.o.p.bounds),
         ]
 
@@ -147,8 +166,9 @@ class UpdateProcessor(wiring.Component):
             fetch.i.payload.eq(self.i.p.program),
             issue.start.eq(begin),
         ]
-        merging = Cat(merge3.i.valid, merge3.o.valid, merge2.i.valid, merge2.o.valid).any()
-        writing = ~writer.idle | self.port.request.valid
+        stages = [Cat(stage.merge3, stage.merge2) for stage in (reading, merging, writing)]
+        issued_all = fetch.idle & ~issue.i.valid
+        idle = issued_all & loader.idle & ~Cat(stages).any() & writer.idle
         with m.If(begin):
             m.d.sync += [
                 self.busy.eq(1),
@@ -157,18 +177,18 @@ class UpdateProcessor(wiring.Component):
                 self.counters.eq(0),
             ]
         with m.Elif(self.busy):
-            with m.If(fetch.idle & loader.idle & ~merging & ~writing):
+            with m.If(idle & ~self.port.request.valid):
                 m.d.sync += self.busy.eq(0)
-            self._count(m, fetch, issue)
+            self._count(m, issued_all, issue.stall)
         return m
 
-    def _count(self, m, fetch, issue):
+    def _count(self, m: Module, issued_all: Value, stall: Signal):
         def count(name):
             m.d.sync += self.counters[name].eq(self.counters[name] + 1)
 
-        with m.If(fetch.idle):
+        with m.If(issued_all):
             count("drain")
-        with m.Else(), m.Switch(issue.stall):
-            for stall in Stall:
-                with m.Case(stall):
-                    count(stall.name.lower() if stall.value else "instructions")
+        with m.Else(), m.Switch(stall):
+            for cause in Stall:
+                with m.Case(cause):
+                    count(cause.name.lower() if cause.value else "instructions")
