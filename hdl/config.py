@@ -45,7 +45,7 @@ class Config:
     stack_depth: int = 32
     cache_words: int = 2048
 
-    box_latency: ClassVar[int] = 3
+    box_latency: ClassVar[int] = 2
     """Cycles from the issue of a merge to that of the first instruction that can read its box."""
 
     def __post_init__(self):
@@ -101,5 +101,39 @@ TINY = Config(
 SMALL = Config(vertex_registers=32, box_registers=32, packets=16, stack_depth=24, cache_words=512)
 """For small devices: half the packets, a quarter of the caches."""
 
-CONFIGS = {"tiny": TINY, "small": SMALL, "full": FULL}
+ULX3S = Config(
+    vertex_registers=32,
+    box_registers=32,
+    latency=3,  # arbiter and memory on the chip
+    address_bits=14,  # 16,384 words: 128 of the 208 block RAMs of an ECP5-85F
+    packets=16,  # memory this near has little latency to hide; leaves a third of the LUTs free
+    stack_depth=24,  # what fits the memory has a tree of 16 levels
+    cache_words=256,  # memory behind them is on the chip too; they are there to share its port
+)
+"""For memory on the chip of an ECP5-85F."""
+
+KC705 = Config(
+    latency=3,
+    address_bits=15,  # 32,768 words: 256 of the 890 block RAMs of 18 kbit of a Kintex-7 325T
+    stack_depth=24,
+    cache_words=512,
+)
+"""For memory on the chip of a Kintex-7 325T: all registers and packets of the full machine."""
+
+ADM_XRC_4LX = Config(
+    latency=3,
+    address_bits=14,  # 16,384 words: 128 of the 288 block RAMs of a Virtex-4 LX160
+    stack_depth=24,
+    cache_words=512,
+)
+"""For memory on the chip of a Virtex-4 LX160: all registers and packets of the full machine."""
+
+CONFIGS = {
+    "tiny": TINY,
+    "small": SMALL,
+    "full": FULL,
+    "ulx3s": ULX3S,
+    "kc705": KC705,
+    "adm-xrc-4lx": ADM_XRC_4LX,
+}
 """Configurations by name."""
