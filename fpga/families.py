@@ -13,7 +13,7 @@ class Family:
     ----------
     device : str
     synthesis : str
-        Yosys command that keeps the hierarchy; `{top}` is the top module.
+        Yosys command that makes one module of all; `{top}` is the top module.
     cells : dict
         What a cell takes: (resource, count) by the name of the cell.
     device_has : dict
@@ -41,7 +41,7 @@ XILINX_FFS = "FD FDE FDR FDRE FDS FDSE FDC FDCE FDP FDPE FDRSE FDCPE"
 FAMILIES = {
     "xc4v": Family(
         device="Virtex-4 LX160",
-        synthesis="synth_xilinx -family xc4v -top {top}",
+        synthesis="synth_xilinx -family xc4v -flatten -top {top}",
         cells=_cells(
             {**{f"LUT{k}": 1 for k in range(1, 5)}, "INV": 1, "RAM16X1D": 2, "SRL16E": 1},
             XILINX_FFS,
@@ -53,7 +53,7 @@ FAMILIES = {
     ),
     "xc7": Family(
         device="Kintex-7 325T",
-        synthesis="synth_xilinx -family xc7 -top {top}",
+        synthesis="synth_xilinx -family xc7 -flatten -top {top}",
         cells=_cells(
             {
                 **{f"LUT{k}": 1 for k in range(1, 7)},
@@ -69,9 +69,9 @@ FAMILIES = {
     ),
     "ecp5": Family(
         device="ECP5-85F",
-        synthesis="synth_ecp5 -noflatten -top {top}",
+        synthesis="synth_ecp5 -top {top}",
         cells=_cells(
-            {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 4},
+            {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6},
             "TRELLIS_FF",
             "MULT18X18D",
             {"DP16KD": 1},

@@ -21,8 +21,9 @@ def resources(
 ) -> dict[str, dict[str, int]]:
     """Count of each of RESOURCES by unit: `core`, and dotted paths; a unit with all below it.
 
-    Each unit is mapped alone, so nothing is shared or saved across their borders: an upper bound.
-    Minutes the first time; kept by content. `step` is told what begins.
+    The core is mapped as one, so that what units share or do not need is not counted; a cell
+    belongs to the unit whose signal it drives. Minutes the first time; kept by content. `step` is
+    told what begins.
 
     Raises
     ------
@@ -33,45 +34,49 @@ def resources(
     text, chosen = _verilog(config), FAMILIES[family]
 
     def make() -> dict:
-        step(f"mapping to {chosen.device}")
-        return _synthesise(text, chosen)
+        step(f"mapping to {chosen.device}: minutes for a whole core")
+        return _by_owner(_synthesise(text, chosen))
 
-    modules = kept("resources", [text, repr(chosen), version("pyosys")], make)
-    return _by_unit(modules, chosen)
+    owned = kept("resources", [text, chosen.synthesis, version("pyosys")], make)
+    return _by_unit(owned, chosen)
 
 
 def _verilog(config: Config) -> str:
     return verilog.convert(Core(config), name=TOP, emit_src=False)
 
 
-def _synthesise(text: str, family: Family) -> dict[str, dict[str, int]]:
-    """Cells of each module that are no modules themselves, by name."""
-    with tempfile.TemporaryDirectory(prefix="bkdtree-") as folder:
-        (Path(folder) / "core.v").write_text(text)
-        run_yosys(
-            [
-                "read_verilog core.v",
-                family.synthesis.format(top=TOP),
-                "tee -o stat.json stat -json",
-            ],
-            Path(folder),
-        )
-        modules = json.loads((Path(folder) / "stat.json").read_text())["modules"]
-    return {name.removeprefix("\\"): found["num_cells_by_type"] for name, found in modules.items()}
+def _synthesise(text: str, family: Family) -> dict[str, str]:
+    """Type of each cell by its name; the units are cells of type $scopeinfo."""
+    with tempfile.TemporaryDirectory(prefix="bkdtree-") as name:
+        folder = Path(name)
+        (folder / "core.v").write_text(text)
+        synthesis = family.synthesis.format(top=TOP)
+        run_yosys(["read_verilog core.v", synthesis, "autoname", "write_json core.json"], folder)
+        cells = json.loads((folder / "core.json").read_text())["modules"][TOP]["cells"]
+    return {cell: found["type"] for cell, found in cells.items()}
 
 
-def _by_unit(modules: dict[str, dict[str, int]], family: Family) -> dict[str, dict[str, int]]:
-    units = {}
-    for name in modules:
-        if name != TOP and not name.startswith(f"{TOP}."):
-            continue
-        total: Counter = Counter(dict.fromkeys(RESOURCES, 0))
-        for below, cells in modules.items():
-            if below != name and not below.startswith(f"{name}."):
-                continue
-            for cell, count in cells.items():
-                if cell in family.cells:
-                    resource, each = family.cells[cell]
-                    total[resource] += count * each
-        units[name] = dict(total)
-    return dict(sorted(units.items()))
+def _by_owner(cells: dict[str, str]) -> dict[str, dict[str, int]]:
+    """Cells of each unit itself, by type."""
+    units = {TOP} | {f"{TOP}.{name}" for name, kind in cells.items() if kind == "$scopeinfo"}
+    owned = {unit: Counter() for unit in units}
+    for name, kind in cells.items():
+        owner = f"{TOP}.{name}"
+        while owner not in units:
+            owner = owner.rpartition(".")[0]
+        owned[owner][kind] += kind != "$scopeinfo"
+    return owned
+
+
+def _by_unit(owned: dict[str, dict[str, int]], family: Family) -> dict[str, dict[str, int]]:
+    """Count of each of RESOURCES by unit, with all below it."""
+    units = {unit: dict.fromkeys(RESOURCES, 0) for unit in sorted(owned)}
+    for unit, cells in owned.items():
+        for cell, count in cells.items():
+            if cell in family.cells:
+                resource, each = family.cells[cell]
+                above = unit
+                while above:
+                    units[above][resource] += count * each
+                    above = above.rpartition(".")[0]
+    return units

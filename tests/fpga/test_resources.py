@@ -9,18 +9,24 @@ from fpga import cli, resources
 from fpga.families import FAMILIES, RESOURCES
 from hdl.config import TINY
 
-MODULES = {
-    "core": {"LUT4": 10, "TRELLIS_FF": 3, "GSR": 1},
-    "core.update": {"LUT4": 5, "CCU2C": 2, "MULT18X18D": 1},
-    "core.update.merge": {"LUT4": 100, "DP16KD": 4, "TRELLIS_DPR16X4": 3},
-    "core.updated": {"TRELLIS_FF": 7},
-    "$paramod": {"LUT4": 1000},
+CELLS = {
+    "update": "$scopeinfo",
+    "update.merge": "$scopeinfo",
+    "updated": "$scopeinfo",
+    "busy_LUT4_Z": "LUT4",
+    "GSR": "GSR",
+    "update.o__p.x_LUT4_Z": "LUT4",
+    "update.sum_CCU2C_S0": "CCU2C",
+    "update.merge.product": "MULT18X18D",
+    "update.merge.kept.0.0": "DP16KD",
+    "update.merge.kept.1.0": "TRELLIS_DPR16X4",
+    "updated.x_TRELLIS_FF_Q": "TRELLIS_FF",
 }
 COUNTS = {
-    "core": (10 + 5 + 4 + 100 + 12, 10, 1, 4),
-    "core.update": (5 + 4 + 100 + 12, 0, 1, 4),
-    "core.update.merge": (112, 0, 0, 4),
-    "core.updated": (0, 7, 0, 0),
+    "core": (1 + 1 + 2 + 6, 1, 1, 1),
+    "core.update": (1 + 2 + 6, 0, 1, 1),
+    "core.update.merge": (6, 0, 1, 1),
+    "core.updated": (0, 1, 0, 0),
 }
 
 
@@ -38,14 +44,14 @@ def synthesised(monkeypatch, tmp_path):
     """A synthesis that takes no time, and its number of runs."""
     runs = []
     monkeypatch.setenv("BKDTREE_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(resources, "_synthesise", lambda *a: runs.append(a) or MODULES)
+    monkeypatch.setattr(resources, "_synthesise", lambda *a: runs.append(a) or CELLS)
     monkeypatch.setattr(resources, "_verilog", repr)
     monkeypatch.setattr(resources, "version", lambda _: "1")
     return runs
 
 
 def test_units_hold_all_below_them():
-    found = resources._by_unit(MODULES, FAMILIES["ecp5"])
+    found = resources._by_unit(resources._by_owner(CELLS), FAMILIES["ecp5"])
     assert found == {
         name: dict(zip(RESOURCES, counts, strict=True)) for name, counts in COUNTS.items()
     }
@@ -61,13 +67,14 @@ def test_the_command_prints_and_writes(synthesised, tmp_path, monkeypatch, capsy
     file = tmp_path / "r.json"
     code, out, _ = run(monkeypatch, capsys, "resources", "-c", "tiny", "--json", file)
     assert code == 0 and max(map(len, out.split("\n"))) <= 80
-    assert "131" in out and "83,640" in out and "0%" in out
+    assert "10" in out and "83,640" in out and "0%" in out
     figures = json.loads(file.read_text())
-    assert figures["units"]["core"]["LUT"] == 131 and figures["device"] == "ECP5-85F"
+    assert figures["units"]["core"]["LUT"] == 10 and figures["device"] == "ECP5-85F"
 
 
 def test_a_core_that_does_not_fit_fails(synthesised, monkeypatch, capsys):
-    monkeypatch.setitem(MODULES["core"], "LUT4", 90_000)
+    many = CELLS | {f"x_{k}": "LUT4" for k in range(90_000)}
+    monkeypatch.setattr(resources, "_synthesise", lambda *_: many)
     code, out, _ = run(monkeypatch, capsys, "resources", "-c", "tiny")
     assert code == 1 and "108%" in out
 
