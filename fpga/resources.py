@@ -59,7 +59,7 @@ def _synthesise(text: str, family: Family) -> dict[str, str]:
 def _by_owner(cells: dict[str, str]) -> dict[str, dict[str, int]]:
     """Cells of each unit itself, by type."""
     units = {TOP} | {f"{TOP}.{name}" for name, kind in cells.items() if kind == "$scopeinfo"}
-    owned = {unit: Counter() for unit in units}
+    owned: dict[str, dict[str, int]] = {unit: Counter() for unit in units}
     for name, kind in cells.items():
         owner = f"{TOP}.{name}"
         while owner not in units:
@@ -70,7 +70,7 @@ def _by_owner(cells: dict[str, str]) -> dict[str, dict[str, int]]:
 
 def _by_unit(owned: dict[str, dict[str, int]], family: Family) -> dict[str, dict[str, int]]:
     """Count of each of RESOURCES by unit, with all below it."""
-    units = {unit: dict.fromkeys(RESOURCES, 0) for unit in sorted(owned)}
+    units: dict[str, dict[str, int]] = {unit: dict.fromkeys(RESOURCES, 0) for unit in sorted(owned)}
     for unit, cells in owned.items():
         for cell, count in cells.items():
             if cell in family.cells:

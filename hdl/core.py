@@ -36,15 +36,15 @@ class Phase(enum.Enum, shape=2):
     IDLE = 0
     UPDATE = 1
     CAST = 2
-    DRAIN = 3  # the last hit is on its way to the port
+    DRAIN = 3  # the last hits are on their way to memory
 
 
 class Core(wiring.Component):
     """Updates a tree, then casts rays through it: both, or either alone.
 
     With caches there is one port. Without, for memory on the chip, nodes and geometry are read
-    through ports of their own; what the first port has written before the rays begin has to be
-    there for them.
+    through ports of their own. What the update has written has to be there for the rays, on all
+    ports, before `unsettled` falls.
 
     ::
 
@@ -61,6 +61,8 @@ class Core(wiring.Component):
     -------
     i : In(stream of frame_job), taken while not busy
     busy : Out(1); falls when all of a job's nodes and hits are in memory
+    unsettled : In(1), a write that the port took has not taken effect; may stay unconnected where
+        each does before the next request
     counters : Out(COUNTERS)
     port : Out(Port)
     nodes, geometry : Out(Port), reads only; where `config.cache_words` is 0
@@ -68,6 +70,7 @@ class Core(wiring.Component):
 
     i: stream.Interface
     busy: Signal
+    unsettled: Signal
     counters: data.View
     port: PortInterface
     nodes: PortInterface
@@ -79,6 +82,7 @@ class Core(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(frame_job(config))),
             "busy": Out(1),
+            "unsettled": In(1),
             "counters": Out(COUNTERS),
             "port": Out(Port(config)),
             **dict.fromkeys(banks, Out(Port(config))),
@@ -92,13 +96,14 @@ class Core(wiring.Component):
         m.d.comb += [self.counters.update.eq(update.counters), self.counters.cast.eq(cast.counters)]
 
         # One after the other. The job stays here for as long as it takes.
-        phase, started = Signal(Phase), Signal()
+        phase = Signal(Phase)
+        started = Signal()
         job = Signal.like(self.i.p, reset_less=True)
-        updates = job.program.length != 0
+        updates, updating = Signal(), Signal()  # there is a program; phase is UPDATE
         m.d.comb += [
             self.busy.eq(phase != Phase.IDLE),
             self.i.ready.eq(phase == Phase.IDLE),
-            update.i.valid.eq((phase == Phase.UPDATE) & updates & ~started),
+            update.i.valid.eq(updating & updates & ~started),
             update.i.p.program.eq(job.program),
             update.i.p.vertices.eq(job.cast.scene.vertices),
             update.i.p.nodes.eq(job.cast.scene.nodes),
@@ -110,23 +115,22 @@ class Core(wiring.Component):
         rays_port = connect(m, cast, turns)
         with m.Switch(phase):
             with m.Case(Phase.IDLE):
-                m.d.sync += job.eq(self.i.p)
+                m.d.sync += [job.eq(self.i.p), updates.eq(self.i.p.program.length != 0)]
                 with m.If(self.i.valid):
-                    m.d.sync += phase.eq(Phase.UPDATE)
+                    m.d.sync += [phase.eq(Phase.UPDATE), updating.eq(1)]
             with m.Case(Phase.UPDATE):
-                m.d.comb += turns.eq(~updates | (started & ~update.busy))
+                m.d.comb += turns.eq(~updates | (started & ~update.busy & ~self.unsettled))
                 m.d.sync += started.eq(~turns & (started | update.i.ready))
                 with m.If(turns):
-                    m.d.sync += phase.eq(Phase.CAST)
+                    m.d.sync += [phase.eq(Phase.CAST), updating.eq(0)]
             with m.Case(Phase.CAST):
                 with m.If(~job.casts | cast.i.ready):
                     m.d.sync += phase.eq(Phase.DRAIN)
             with m.Case(Phase.DRAIN):
-                with m.If(~rays_port.request.valid):
+                with m.If(~rays_port.request.valid & ~self.unsettled):
                     m.d.sync += phase.eq(Phase.IDLE)
 
         request, response = self.port.request, self.port.response
-        updating = phase == Phase.UPDATE
         for unit, works in [(update.port, updating), (rays_port, ~updating)]:
             m.d.comb += [
                 unit.request.ready.eq(works & request.ready),
@@ -144,10 +148,10 @@ class Core(wiring.Component):
     def _caches(self, m: Module, cast: RayCaster, clear: Value) -> PortInterface:
         """Nodes and geometry through caches; the port that they share with the rest."""
         config = self.config
+        # Nodes first: each packet waits for one. Rays last: they are asked for early.
         m.submodules.arbiter = arbiter = Arbiter(
-            config, clients=3, outstanding=2 * config.packets + config.latency + 8
+            config, clients=4, outstanding=2 * config.packets + config.latency + 8
         )
-        # Nodes first: each packet waits for one.
         for name, client in zip(("nodes", "geometry"), arbiter.clients, strict=False):
             reads = getattr(cast, name)
             cache = Cache(
@@ -161,7 +165,8 @@ class Core(wiring.Component):
                 self.counters[name].hits.eq(cache.hits),
                 self.counters[name].misses.eq(cache.misses),
             ]
-        wiring.connect(m, cast.port, arbiter.clients[2])
+        wiring.connect(m, cast.hits, arbiter.clients[2])
+        wiring.connect(m, cast.rays, arbiter.clients[3])
         return arbiter.port
 
     def _banks(self, m: Module, cast: RayCaster, _: Value) -> PortInterface:
@@ -172,4 +177,9 @@ class Core(wiring.Component):
             m.submodules[f"{name}_bank"] = bank
             wiring.connect(m, reads, bank.reads)
             wiring.connect(m, wiring.flipped(getattr(self, name)), bank.port)
-        return cast.port
+        m.submodules.arbiter = arbiter = Arbiter(
+            self.config, clients=2, outstanding=self.config.latency + 8
+        )
+        wiring.connect(m, cast.hits, arbiter.clients[0])
+        wiring.connect(m, cast.rays, arbiter.clients[1])
+        return arbiter.port

@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from amaranth import Module
+from amaranth import Const, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
@@ -101,27 +101,29 @@ def one_of(make: Callable, parameters: dict, name: str) -> SideBySide:
     return SideBySide({key: make(parameters[key]) for key in wanted})
 
 
-def _always_ready(member: wiring.Member) -> bool:
-    return member.is_signature and getattr(member.signature, "always_ready", False)
-
-
 def _without_constants(member: wiring.Member) -> wiring.Member:
     """A member of a signature, but that of a stream that is always ready has no ready."""
-    if not _always_ready(member):
+    if not member.is_signature:
         return member
-    payload = member.signature.members["payload"].shape
-    return wiring.Member(member.flow, wiring.Signature({"valid": Out(1), "payload": Out(payload)}))
+    parts = {name: _without_constants(part) for name, part in member.signature.members.items()}
+    if getattr(member.signature, "always_ready", False):
+        del parts["ready"]
+    elif parts == dict(member.signature.members.items()):
+        return member
+    return Out(wiring.Signature(parts)).array(*member.dimensions)  # the parts are flipped if it is
 
 
 def _join(m: Module, member: wiring.Member, outer, inner):
     """Make a port of a part one of the whole."""
-    if member.is_signature and not _always_ready(member):
-        wiring.connect(m, wiring.flipped(outer), inner)
+    if not member.is_signature:
+        m.d.comb += outer.eq(inner) if member.flow == Out else inner.eq(outer)
         return
-    parts = ("valid", "payload") if member.is_signature else (None,)
-    for part in parts:
-        a, b = (getattr(x, part) if part else x for x in (outer, inner))
-        m.d.comb += a.eq(b) if member.flow == Out else b.eq(a)
+    for path, part, value in inner.signature.flatten(inner):
+        if not isinstance(value, Const):
+            port = outer
+            for name in path:
+                port = port[name] if isinstance(name, int) else getattr(port, name)
+            m.d.comb += port.eq(value) if part.flow == Out else value.eq(port)
 
 
 def unbuilt(component: wiring.Component):

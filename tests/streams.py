@@ -74,3 +74,16 @@ async def take(
         willing = random.random() >= busy
     ready.value = 0
     return words
+
+
+async def collect(dut, name: str, count: int, cycles: list | None = None) -> list[int]:
+    """The next `count` payloads of a stream that is taken at once, as `take` gives them."""
+    valid, payload = getattr(dut, f"{name}__valid"), getattr(dut, f"{name}__payload")
+    words: list[int] = []
+    while len(words) < count:
+        await RisingEdge(dut.clk)
+        if valid.value:
+            words.append(payload.value.to_unsigned())
+            if cycles is not None:
+                cycles.append(now())
+    return words

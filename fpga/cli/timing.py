@@ -82,15 +82,8 @@ def _path(points: list[dict]) -> Table:
 def _rates(mhz: float, rates: dict[str, float]) -> Table:
     table = _table(f"At {mhz:.1f} MHz, the clock of an ECP5", "", "here", "the 2006 board")
     for key, rate in rates.items():
-        there = BOARD_2006.get(key)
-        low, high = there if isinstance(there, tuple) else (there, there)
-        shown = (
-            ""
-            if low is None
-            else _number(low)
-            if low == high
-            else f"{low / 1e6:g} to {_number(high)}"
-        )
+        there = BOARD_2006.get(key, ())
+        shown = " to ".join(map(_number, there if isinstance(there, tuple) else (there,)))
         table.add_row(TITLES[key], _number(rate), shown)
     return table
 

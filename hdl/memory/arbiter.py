@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.memory.port import Port, PortInterface
+from hdl.stream import Slice
 
 
 class Arbiter(wiring.Component):
@@ -20,7 +21,7 @@ class Arbiter(wiring.Component):
     clients : int
         Number of ports, at least 1.
     outstanding : int
-        Reads that can be under way together, at least 1. One more waits.
+        Reads that can be under way together, at least 1. With these, all that is asked waits.
 
     Members
     -------
@@ -44,31 +45,28 @@ class Arbiter(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        request, response = self.port.request, self.port.response
+        m.submodules.served = served = Slice(self.port.request.p.shape())
+        wiring.connect(m, served.o, wiring.flipped(self.port.request))
+        request, response = served.i, self.port.response
         # Which client each read under way belongs to.
         m.submodules.owners = owners = fifo.SyncFIFO(
             width=max(1, (self.count - 1).bit_length()), depth=self.outstanding
         )
 
-        step = Signal()
-        m.d.comb += step.eq(~request.valid | request.ready)
-        with m.If(step):
-            m.d.sync += request.valid.eq(0)
-
-        taken = Const(0)  # an earlier client is served
+        # Whether one can be served does not depend on which, so that both are known early.
+        free = Signal()
+        m.d.comb += free.eq(request.ready & owners.w_rdy)
+        taken = Const(0)  # an earlier client asks
         for index, client in enumerate(self.clients):
-            asks = Signal(name=f"asks_{index}")
-            m.d.comb += [
-                asks.eq(client.request.valid & (client.request.p.write | owners.w_rdy)),
-                client.request.ready.eq(step & asks & ~taken),
-            ]
-            with m.If(client.request.ready):
-                m.d.sync += [request.valid.eq(1), request.p.eq(client.request.p)]
+            m.d.comb += client.request.ready.eq(free & ~taken)
+            with m.If(client.request.valid & ~taken):
                 m.d.comb += [
-                    owners.w_en.eq(~client.request.p.write),
+                    request.valid.eq(owners.w_rdy),
+                    request.p.eq(client.request.p),
+                    owners.w_en.eq(request.ready & ~client.request.p.write),
                     owners.w_data.eq(index),
                 ]
-            taken = taken | asks
+            taken = taken | client.request.valid
 
             mine = owners.r_rdy & (owners.r_data == index)
             m.d.comb += [

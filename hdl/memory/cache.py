@@ -13,8 +13,9 @@ from hdl.records import word_bits
 class Cache(wiring.Component):
     """Direct-mapped read cache of single words. The memory behind it must not change meanwhile.
 
-    A hit takes 2 cycles; one request a cycle. A miss takes 3 cycles and what the memory takes,
-    and does not hold up what comes after it. A word that is on its way is asked for again.
+    A hit takes `latency` cycles; one request a cycle. A miss takes twice that, one more and what
+    the memory takes, and does not hold up what comes after it. A word that is on its way is asked
+    for again.
 
     Parameters
     ----------
@@ -24,7 +25,7 @@ class Cache(wiring.Component):
     tags : int
         Number of tags of the reader.
     misses : int
-        Reads that can be under way to memory together.
+        Reads that can be under way together, those that turn out to be hits among them.
 
     Members
     -------
@@ -34,6 +35,7 @@ class Cache(wiring.Component):
     hits, misses : Out(32), requests since the last clear
     """
 
+    latency = 3
     reads: ReadsInterface
     port: PortInterface
     clear: Signal
@@ -69,59 +71,61 @@ class Cache(wiring.Component):
         m.submodules.lines = lines = memory.Memory(shape=line, depth=self.words, init=[])
         writes, reads = lines.write_port(), lines.read_port()
 
-        # stage 1: look the line up
-        wanted = Signal.like(request.p, reset_less=True)
-        waiting = Signal()
-        clearing = Signal(init=1)
-        step = Signal()
-        m.d.comb += [
-            request.ready.eq(step & ~clearing),
-            reads.en.eq(step),
-            reads.addr.eq(request.p.address[:index_bits]),
-        ]
-        with m.If(step):
-            m.d.sync += [
-                wanted.eq(request.p),
-                waiting.eq(request.valid & request.ready),
-            ]
-
-        # stage 2: give the word, or ask for it
-        m.submodules.pending = pending = fifo.SyncFIFO(
-            width=len(wanted.as_value()), depth=self.under_way
-        )
-        asked = Signal.like(wanted)
-        hit = Signal()
-        asks = Signal()
-        m.d.comb += [
-            hit.eq(waiting & reads.data.valid & (reads.data.upper == wanted.address[index_bits:])),
-            asks.eq(waiting & ~hit & pending.w_rdy),
-            self.port.request.valid.eq(asks),
-            self.port.request.p.address.eq(wanted.address),
-            pending.w_en.eq(asks & self.port.request.ready),
-            pending.w_data.eq(wanted),
-            asked.eq(pending.r_data),
-        ]
-
-        # Words from memory go first: they can be kept nowhere.
+        # Misses wait for the port, and then for their words.
+        asks = fifo.SyncFIFO(width=len(request.p.as_value()), depth=self.under_way)
+        pending = fifo.SyncFIFO(width=asks.width, depth=self.under_way)
+        m.submodules.asks, m.submodules.pending = asks, pending
+        asked = Signal.like(request.p)
         filled = self.port.response.valid
-        free = Signal()
         m.d.comb += [
-            free.eq(~response.valid | response.ready),
-            self.port.response.ready.eq(free),
-            pending.r_en.eq(filled & free),
-            step.eq(~waiting | Mux(hit, free & ~filled, pending.w_en)),
+            self.port.request.valid.eq(asks.r_rdy),
+            self.port.request.p.address.eq(data.View(asked.shape(), asks.r_data).address),
+            asks.r_en.eq(self.port.request.ready),
+            pending.w_en.eq(asks.r_rdy & asks.r_en),  # there is room, since there was in `asks`
+            pending.w_data.eq(asks.r_data),
+            asked.eq(pending.r_data),
+            self.port.response.ready.eq(1),
+            pending.r_en.eq(filled),
         ]
-        with m.If(free):
-            m.d.sync += [
-                response.valid.eq(filled | hit),
-                response.p.tag.eq(Mux(filled, asked.tag, wanted.tag)),
-                response.p.word.eq(Mux(filled, self.port.response.payload, reads.data.word)),
-            ]
-        with m.If(step & waiting):
-            m.d.sync += [
-                self.hits.eq(self.hits + hit),
-                self.misses.eq(self.misses + ~hit),
-            ]
+
+        # stage 0: choose. What has come from memory is in its line now: it is looked up again.
+        stages = data.StructLayout({"valid": 1, "again": 1, "request": request.p.shape()})
+        s0, s1, s2 = (Signal(stages, name=f"s{k}") for k in range(3))
+        clearing = Signal(init=1)
+        room = Signal(range(self.under_way + 1), init=self.under_way)
+        again = Signal(stages)
+        m.d.sync += [again.valid.eq(filled), again.request.eq(asked)]
+        m.d.comb += [
+            again.again.eq(1),
+            request.ready.eq(~again.valid & (room != 0) & ~clearing),
+            s0.valid.eq(request.valid & request.ready),
+            s0.request.eq(request.p),
+        ]
+        with m.If(again.valid):
+            m.d.comb += s0.eq(again)
+
+        # stage 1: read the line; stage 2: keep it, since it comes late
+        found = Signal(line, reset_less=True)
+        m.d.comb += reads.addr.eq(s0.request.address[:index_bits])
+        m.d.sync += [s1.eq(s0), s2.eq(s1), found.eq(reads.data)]
+
+        # the last stage: give the word, or ask for it
+        hit, looked_up = Signal(), Signal()
+        m.d.comb += [
+            hit.eq(found.valid & (found.upper == s2.request.address[index_bits:])),
+            looked_up.eq(s2.valid & ~s2.again),
+            asks.w_en.eq(looked_up & ~hit),
+            asks.w_data.eq(s2.request),
+        ]
+        given = s2.valid & (s2.again | hit)
+        m.d.sync += [
+            response.valid.eq(given),
+            response.p.tag.eq(s2.request.tag),
+            response.p.word.eq(found.word),
+            room.eq(room - (request.valid & request.ready) + given),
+            self.hits.eq(self.hits + (looked_up & hit)),
+            self.misses.eq(self.misses + (looked_up & ~hit)),
+        ]
 
         # The lines are written by what comes from memory, and one after the other when cleared.
         clear_index = Signal(index_bits)
@@ -133,7 +137,7 @@ class Cache(wiring.Component):
             ]
         with m.Else():
             m.d.comb += [
-                writes.en.eq(pending.r_en),
+                writes.en.eq(filled),
                 writes.addr.eq(asked.address[:index_bits]),
                 writes.data.valid.eq(1),
                 writes.data.upper.eq(asked.address[index_bits:]),

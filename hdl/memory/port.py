@@ -32,8 +32,9 @@ class PortInterface(wiring.PureInterface):
 class Port(wiring.Signature):
     """A pair of streams, as the side sees it that asks.
 
-    Requests take effect in their order. Each read has one response, in the order of the reads;
-    writes have none. One request and one response a cycle.
+    Each read has one response, in the order of the reads; writes have none, and take effect in
+    their order. A read may overtake writes that it came after: whoever reads what he wrote waits
+    until the memory says that his writes have settled. One request and one response a cycle.
 
     Members
     -------
@@ -74,7 +75,7 @@ class Reads(wiring.Signature):
     Members
     -------
     request : Out(stream of {tag, address: in words})
-    response : In(stream of {tag, word})
+    response : In(stream of {tag, word}), taken at once
     """
 
     def __init__(self, config: Config, tags: int):
@@ -87,7 +88,8 @@ class Reads(wiring.Signature):
             ),
             "response": In(
                 stream.Signature(
-                    data.StructLayout({"tag": range(tags), "word": word_bits(config.fmt)})
+                    data.StructLayout({"tag": range(tags), "word": word_bits(config.fmt)}),
+                    always_ready=True,
                 )
             ),
         })

@@ -13,6 +13,7 @@ from hdl.fp.mul import Mul
 from hdl.rays.delay import Pipeline
 from hdl.rays.packet import AXES, RAYS, pixel_bits
 from hdl.rays.setup import setup_ray
+from hdl.stream import Slice
 
 
 def image(config: Config) -> data.StructLayout:
@@ -45,12 +46,13 @@ class Camera(wiring.Component):
 
     Members
     -------
-    i : In(stream of image), taken with the last ray
+    i : In(stream of image), taken the cycle before its last ray is given
     o : Out(stream of setup_ray), four a packet, in order
     gives : Out(1), in one cycle for each packet, before its last ray comes
     """
 
-    latency = 1 + Mul.latency + 2 * Add.latency
+    depth = 2 + Mul.latency + 2 * Add.latency
+    latency = depth + 1
     i: stream.Interface
     o: stream.Interface
     gives: Signal
@@ -66,7 +68,11 @@ class Camera(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        fmt, i, o = self.config.fmt, self.i.p, self.o
+        fmt, i = self.config.fmt, self.i.p
+        # All of the pipeline steps at once, so whether it does has to be known early.
+        m.submodules.given = given = Slice(self.o.p.shape())
+        wiring.connect(m, given.o, wiring.flipped(self.o))
+        o = given.i
         go, all_entered = Signal(), Signal()
         enters = self.i.valid & ~all_entered
         p = Pipeline()
@@ -78,7 +84,7 @@ class Camera(wiring.Component):
         row_ends, image_ends = (column + 1) * 2 >= i.width, (row + 1) * 2 >= i.height
         ends = Signal()
         m.d.comb += [
-            go.eq(~o.valid | o.ready),
+            go.eq(o.ready),
             self.gives.eq(go & enters & (number == RAYS - 1)),
             ends.eq((number == RAYS - 1) & row_ends & image_ends),
         ]
@@ -89,9 +95,18 @@ class Camera(wiring.Component):
             with m.If(row_ends):
                 m.d.sync += row.eq(Mux(image_ends, 0, row + 1))
 
-        # stage 1: numbers; then a coordinate each. The image stays as it is meanwhile.
-        pixel_x = p.stage(p.input("x", number_of(fmt, x)))
-        pixel_y = p.stage(p.input("y", number_of(fmt, y)))
+        # stages 1 and 2: numbers; then a coordinate each. The image stays as it is meanwhile.
+        pixel_x, pixel_y = (
+            p.stage(
+                p.apply(
+                    f"pixel_{name}",
+                    lambda place, value: number_of(fmt, place, value),
+                    p.stage(p.input(f"{name}_place", highest_bit(value))),
+                    p.input(name, value),
+                )
+            )
+            for name, value in (("x", x), ("y", y))
+        )
         for a in AXES:
             corner, right, down = (
                 p.steady(f"{name}_{a}", i[name][a]) for name in ("corner", "right", "down")
@@ -100,11 +115,11 @@ class Camera(wiring.Component):
             across = p.unit(f"across_{a}", Mul(fmt), pixel_y, down)
             direction = p.unit(f"in_row_{a}", Add(fmt), corner, along)
             direction = p.unit(f"direction_{a}", Add(fmt), direction, across)
-            m.d.comb += o.p.ray.direction[a].eq(p.at(direction, self.latency))
+            m.d.comb += o.p.ray.direction[a].eq(p.at(direction, self.depth))
 
         beside = {"number": number, "beyond": (x >= i.width) | (y >= i.height), "ends": ends}
-        late = {name: p.at(p.input(name, value), self.latency) for name, value in beside.items()}
-        valid = Signal(self.latency - 1)
+        late = {name: p.at(p.input(name, value), self.depth) for name, value in beside.items()}
+        valid = Signal(self.depth - 1)
         with m.If(go):
             m.d.sync += Cat(valid, o.valid).eq(Cat(enters, valid))
         m.d.comb += [
@@ -124,14 +139,16 @@ class Camera(wiring.Component):
         return m
 
 
-def number_of(fmt: FloatFormat, x: Value) -> data.View:
-    """An unsigned number as a float: exact."""
-    steps = bits_for(len(x) - 1)
-    normal, place = Cat(x, C(0, (1 << steps) - len(x))), []
-    for k in reversed(range(steps)):
-        high = normal[-1 << k :].any()
-        normal = Mux(high, normal, (normal << (1 << k))[: 1 << steps])
-        place.insert(0, high)
+def highest_bit(x: Value) -> Value:
+    """The place of the highest bit of x that is set; 0 if none is."""
+    alone = [x[k] & ~x[k + 1 :].any() for k in range(len(x))]
+    bits = range(bits_for(len(x) - 1))
+    return Cat(Cat(one for k, one in enumerate(alone) if k >> bit & 1).any() for bit in bits)
+
+
+def number_of(fmt: FloatFormat, place: Value, x: Value) -> data.View:
+    """An unsigned number with its highest bit at `place` as a float: exact."""
+    normal = (x << ~place)[: 1 << len(place)]  # ~place: how far it is from the top
     mantissa = Cat(C(0, fmt.man_bits), normal[:-1])[-fmt.man_bits :]
-    exponent = (fmt.bias + Cat(place))[: fmt.exp_bits]
+    exponent = (fmt.bias + place)[: fmt.exp_bits]
     return data.View(fmt.layout, Mux(x.any(), Cat(mantissa, exponent, C(0, 1)), 0))

@@ -6,7 +6,6 @@ from amaranth.lib.wiring import In, Out
 
 from hdl import records
 from hdl.config import Config
-from hdl.memory.arbiter import Arbiter
 from hdl.memory.port import Port, PortInterface, Reads, ReadsInterface
 from hdl.rays import census
 from hdl.rays.camera import Camera, image
@@ -18,6 +17,7 @@ from hdl.rays.setup import Setup
 from hdl.rays.source import Source, rays
 from hdl.rays.tester import Tester
 from hdl.rays.traversal import Traversal
+from hdl.stream import Slice
 
 COUNTERS = data.StructLayout({
     **dict.fromkeys(("packets", "steps", "tests", "ray_tests", "pushes", "pops"), 32),
@@ -59,17 +59,19 @@ class RayCaster(wiring.Component):
 
     Members
     -------
-    i : In(stream of cast_job), taken when all hits are in memory
+    i : In(stream of cast_job), taken when all hits have been written
     counters : Out(COUNTERS), of the last job
     nodes, geometry : Out(Reads), of nodes, and of triangles with their vertices
-    port : Out(Port), reads rays and writes hits
+    rays : Out(Port), reads only
+    hits : Out(Port), writes only
     """
 
     i: stream.Interface
     counters: data.View
     nodes: ReadsInterface
     geometry: ReadsInterface
-    port: PortInterface
+    rays: PortInterface
+    hits: PortInterface
 
     def __init__(self, config: Config):
         self.config = config
@@ -78,7 +80,8 @@ class RayCaster(wiring.Component):
             "counters": Out(COUNTERS),
             "nodes": Out(Reads(config, config.packets)),
             "geometry": Out(Reads(config, 1 << tag(config).size)),
-            "port": Out(Port(config)),
+            "rays": Out(Port(config)),
+            "hits": Out(Port(config)),
         })
 
     def elaborate(self, platform):
@@ -93,7 +96,9 @@ class RayCaster(wiring.Component):
         m.submodules.traversal = traversal = Traversal(config)
         m.submodules.tester = tester = Tester(config)
         m.submodules.recorder = recorder = Recorder(config)
-        wiring.connect(m, numbers.o, setup.i_packets)
+        m.submodules.next_number = next_number = Slice(numbers.o.payload.shape())
+        wiring.connect(m, numbers.o, next_number.i)
+        wiring.connect(m, next_number.o, setup.i_packets)
         wiring.connect(m, setup.o_rays, tester.i_rays)
         wiring.connect(m, setup.o_starts, traversal.i_start)
         wiring.connect(m, traversal.o_tests, tester.i_tests)
@@ -118,8 +123,8 @@ class RayCaster(wiring.Component):
             setup.i.p.eq(Mux(job.camera, camera.o.p, source.o.p)),
             camera.o.ready.eq(setup.i.ready),
             source.o.ready.eq(setup.i.ready),
-            recorder.i_begun.valid.eq(numbers.o.valid & numbers.o.ready),
-            recorder.i_begun.p.eq(numbers.o.p),
+            recorder.i_begun.valid.eq(next_number.o.valid & next_number.o.ready),
+            recorder.i_begun.p.eq(next_number.o.p),
             recorder.base.eq(job.hits),
         ]
 
@@ -132,7 +137,6 @@ class RayCaster(wiring.Component):
             traversal.i_nodes.valid.eq(self.nodes.response.valid),
             traversal.i_nodes.p.packet.eq(self.nodes.response.p.tag),
             traversal.i_nodes.p.word.as_value().eq(self.nodes.response.p.word),
-            self.nodes.response.ready.eq(1),
             self.geometry.request.valid.eq(tester.o_reads.valid),
             self.geometry.request.p.tag.eq(tester.o_reads.p.tag.as_value()),
             self.geometry.request.p.address.eq(tester.o_reads.p.address),
@@ -140,24 +144,25 @@ class RayCaster(wiring.Component):
             tester.i_words.valid.eq(self.geometry.response.valid),
             tester.i_words.p.tag.as_value().eq(self.geometry.response.p.tag),
             tester.i_words.p.word.eq(self.geometry.response.p.word),
-            self.geometry.response.ready.eq(1),
             traversal.root.eq(job.scene.root),
             tester.triangles.eq(job.scene.triangles),
             tester.vertices.eq(job.scene.vertices),
         ]
-        m.submodules.arbiter = arbiter = Arbiter(config, clients=2, outstanding=source.depth)
-        # Hits first: rays are asked for early.
-        wiring.connect(m, arbiter.clients[0], recorder.port)
-        wiring.connect(m, arbiter.clients[1], source.port)
-        wiring.connect(m, wiring.flipped(self.port), arbiter.port)
+        wiring.connect(m, wiring.flipped(self.rays), source.port)
+        wiring.connect(m, wiring.flipped(self.hits), recorder.port)
 
         # A job begins, and ends when each packet that was given has been written.
-        begun, packets = Signal(), Signal(32)
+        begun = Signal()
+        gives = Signal()
+        packets = Signal(32)
         begins = self.i.valid & ~begun
         given = Mux(job.camera, camera.i.ready, source.i.ready)
-        written = (recorder.written == packets) & ~self.port.request.valid
+        written = (recorder.written == packets) & ~self.hits.request.valid
         m.d.comb += self.i.ready.eq(begun & ~giving & written)
-        m.d.sync += packets.eq(Mux(begins, 0, packets + (camera.gives | source.gives)))
+        m.d.sync += [
+            gives.eq(camera.gives | source.gives),  # known late in its cycle
+            packets.eq(Mux(begins, 0, packets + gives)),
+        ]
         with m.If(begins):
             m.d.sync += [begun.eq(1), giving.eq(1)]
         with m.If(giving & given):

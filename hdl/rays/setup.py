@@ -16,6 +16,7 @@ from hdl.rays.delay import Pipeline
 from hdl.rays.packet import AXES, MARGIN_ULPS, RAYS, ray, slab_ray
 from hdl.rays.stack import packet_bits, start
 from hdl.rays.tester import tester_ray
+from hdl.stream import Slice
 
 
 def setup_ray(config: Config) -> data.StructLayout:
@@ -60,7 +61,7 @@ class Setup(wiring.Component):
         self.config = config
         margin = 1 + Add.latency + Mul.latency
         self.last = max(margin + Add.latency, Recip.latency_of(config.fmt) + 1 + Mul.latency)
-        self.latency = self.last + 4
+        self.latency = self.last + 5
         super().__init__({
             "i": In(stream.Signature(setup_ray(config))),
             "i_packets": In(stream.Signature(packet_bits(config))),
@@ -72,19 +73,27 @@ class Setup(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        go = Signal()
-        p = Pipeline()
+        # All of the pipeline steps at once, so whether it does has to be known early.
+        p, go = Pipeline(), Signal()
         m.submodules.pipeline = EnableInserter(go)(p.m)
-        ray = self._pipeline(p)
+        prepared = self._pipeline(p)
+        shapes = {name: value.shape() for name, value in prepared.items()}
+        m.submodules.landed = landed = Slice(data.StructLayout(shapes))
         valid = Signal(self.last)
+        m.d.comb += [
+            go.eq(landed.i.ready),
+            self.i.ready.eq(go),
+            landed.i.valid.eq(valid[-1]),
+            *(landed.i.p[name].eq(value) for name, value in prepared.items()),
+        ]
         with m.If(go):
             m.d.sync += valid.eq(Cat(self.i.valid, valid))
-        m.d.comb += self.i.ready.eq(go)
 
         # A ray goes to the tester as it is. Its slabs wait for those of its packet, in two places
         # in turn, so that those of a packet go while those of the next one come.
         packets, out, slabs, starts = self.i_packets, self.o_rays, self.o_slabs, self.o_starts
-        number, ends = ray["number"], ray["number"] == RAYS - 1
+        ray, ready = landed.o.p, landed.o.valid
+        number, ends = ray.number, ray.number == RAYS - 1
         take, place, going = Signal(), Signal(), Signal()  # going: slabs, then the start
         intervals = Signal.like(starts.p.intervals, reset_less=True)
         axis = Signal(range(3))
@@ -98,12 +107,12 @@ class Setup(wiring.Component):
                 write.en.eq(Cat(take & (number == k) for k in range(RAYS))),
                 write.addr.eq(place),
                 read.addr.eq(~place),
-                *(lane[f].eq(ray[f, a]) for lane in write.data for f, _ in lane.shape()),
+                *(lane[f].eq(ray[f"{f}_{a}"]) for lane in write.data for f, _ in lane.shape()),
             ]
             rows.append(read.data.as_value())
         m.d.comb += [
-            go.eq(~valid[-1] | take),
-            take.eq(valid[-1] & packets.valid & (~out.valid | out.ready) & ~(ends & going)),
+            take.eq(ready & packets.valid & (~out.valid | out.ready) & ~(ends & going)),
+            landed.o.ready.eq(take),
             packets.ready.eq(take & ends),
             slabs.p.axis.eq(axis),
             slabs.p.rays.eq(Array(rows)[axis]),
@@ -116,13 +125,13 @@ class Setup(wiring.Component):
                 out.valid.eq(1),
                 out.p.packet.eq(packets.p),
                 out.p.number.eq(number),
-                out.p.t_max.eq(ray["t_max"]),
-                out.p.ray.t_min.eq(ray["t_min"]),
-                out.p.ray.axis.eq(ray["z"]),
-                *(out.p.ray.origin[a].eq(ray["origin", a]) for a in AXES),
-                *(out.p.ray.shear[a].eq(ray["shear", a]) for a in AXES),
-                intervals[number].near.eq(ray["t_min"]),
-                intervals[number].far.eq(ray["t_max"]),
+                out.p.t_max.eq(ray.t_max),
+                out.p.ray.t_min.eq(ray.t_min),
+                out.p.ray.axis.eq(ray.z),
+                *(out.p.ray.origin[a].eq(ray[f"origin_{a}"]) for a in AXES),
+                *(out.p.ray.shear[a].eq(ray[f"shear_{a}"]) for a in AXES),
+                intervals[number].near.eq(ray.t_min),
+                intervals[number].far.eq(ray.t_max),
             ]
 
         # A packet is complete: its slabs go, then it starts, when the tester has its last ray.
@@ -142,19 +151,19 @@ class Setup(wiring.Component):
                 slabs.valid.eq(1),
                 starts.p.packet.eq(packets.p),
                 starts.p.intervals.eq(intervals),
-                last.near.eq(ray["t_min"]),
-                last.far.eq(ray["t_max"]),
+                last.near.eq(ray.t_min),
+                last.far.eq(ray.t_max),
             ]
         return m
 
     def _pipeline(self, p: Pipeline) -> dict:
-        """What there is of a ray in its last stage, by name, or by name and axis."""
+        """What there is of a ray in its last stage, by name."""
         fmt, i = self.config.fmt, self.i.p
         mask = (1 << (fmt.bits - 1)) - 1
         found = {name: p.input(name, i.ray[name]) for name in ("t_min", "t_max")}
         found["number"] = p.input("number", i.number)
-        for name in ("origin", "direction"):
-            found |= {(name, a): p.input(f"{name}_{a}", i.ray[name][a]) for a in AXES}
+        found |= {f"origin_{a}": p.input(f"origin_{a}", i.ray.origin[a]) for a in AXES}
+        directions = [p.input(f"direction_{a}", i.ray.direction[a]) for a in AXES]
 
         # stage 1: the largest of the origin and of the direction
         largest = pick(largest_axis(i.ray.origin), [i.ray.origin[a] for a in AXES])
@@ -166,15 +175,15 @@ class Setup(wiring.Component):
         reach = p.unit("reach", Add(fmt, Rounding.UP), largest, one)
         margin = p.unit("margin", Mul(fmt, Rounding.UP), reach, factor)
         minus = p.apply("minus_margin", lambda x: x.as_value() | (1 << (fmt.bits - 1)), margin)
-        for a in AXES:
-            origin, direction = found["origin", a], found["direction", a]
+        for a, direction in zip(AXES, directions, strict=True):
+            origin = found[f"origin_{a}"]
             inverse = p.unit(f"inverse_{a}", RecipBounds(fmt), direction)
             found |= {
-                ("above", a): p.unit(f"above_{a}", Add(fmt, Rounding.UP), origin, margin),
-                ("below", a): p.unit(f"below_{a}", Add(fmt, Rounding.DOWN), origin, minus),
-                ("inverse_down", a): p.apply(f"down_{a}", lambda x: x.down, inverse),
-                ("inverse_up", a): p.apply(f"up_{a}", lambda x: x.up, inverse),
-                ("negative", a): p.apply(f"negative_{a}", lambda x: x.sign, direction),
+                f"above_{a}": p.unit(f"above_{a}", Add(fmt, Rounding.UP), origin, margin),
+                f"below_{a}": p.unit(f"below_{a}", Add(fmt, Rounding.DOWN), origin, minus),
+                f"inverse_down_{a}": p.apply(f"down_{a}", lambda x: x.down, inverse),
+                f"inverse_up_{a}": p.apply(f"up_{a}", lambda x: x.up, inverse),
+                f"negative_{a}": p.apply(f"negative_{a}", lambda x: x.sign, direction),
             }
 
         # after the inverses: the shear
@@ -182,12 +191,11 @@ class Setup(wiring.Component):
             """Of three values that of axis z, behind a register."""
             return p.stage(p.apply(name, lambda z, *x: pick(z, x), z, *axes))
 
-        inverses = [found["inverse_down", a] for a in AXES]
-        directions = [found["direction", a] for a in AXES]
-        found["shear", "z"] = shear = along("shear_z", inverses, z)
+        inverses = [found[f"inverse_down_{a}"] for a in AXES]
+        found["shear_z"] = shear = along("shear_z", inverses, z)
         for k, a in enumerate("xy"):
             turned = [directions[(axis + k + 1) % 3] for axis in range(3)]
-            found["shear", a] = p.unit(
+            found[f"shear_{a}"] = p.unit(
                 f"shear_{a}", Mul(fmt), along(f"turned_{a}", turned, z), shear
             )
         return {name: p.at(x, self.last) for name, x in found.items()}

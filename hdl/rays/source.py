@@ -3,6 +3,7 @@
 from amaranth import *
 from amaranth.lib import data, fifo, stream, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
 
 from hdl.config import Config
 from hdl.memory.port import Port, PortInterface
@@ -21,13 +22,15 @@ def rays(config: Config) -> data.StructLayout:
 class Source(wiring.Component):
     """Reads rays: a ray in two cycles while the memory answers within `config.latency` cycles.
 
+    The words of a packet are asked for together, when there is room for all of them.
+
     Parameters
     ----------
     config : Config
 
     Members
     -------
-    i : In(stream of rays), taken with the last ray; at once where there is none
+    i : In(stream of rays), taken the cycle after the last ray; at once where there is none
     o : Out(stream of setup_ray), four a packet, in order
     gives : Out(1), in one cycle for each packet
     port : Out(Port), reads only
@@ -40,7 +43,8 @@ class Source(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.depth = -(-(config.latency + 8) // 2) * 2  # words asked for ahead
+        # Words asked for ahead, and those that wait to be a packet.
+        self.depth = -(-(config.latency + 8) // 2) * 2 + WORDS - 1
         super().__init__({
             "i": In(stream.Signature(rays(config))),
             "o": Out(stream.Signature(setup_ray(config))),
@@ -57,7 +61,11 @@ class Source(wiring.Component):
         room = Signal(range(self.depth + 1), init=self.depth)
         asks = request.valid & request.ready
         m.d.comb += [
-            request.valid.eq(self.i.valid & (asked != self.i.p.packets * WORDS) & (room != 0)),
+            request.valid.eq(
+                self.i.valid
+                & (asked != self.i.p.packets * WORDS)
+                & (asked[: exact_log2(WORDS)].any() | (room >= WORDS))
+            ),
             request.p.address.eq(self.i.p.address + asked),
             words.w_en.eq(response.valid),
             words.w_data.eq(response.payload),
@@ -69,7 +77,8 @@ class Source(wiring.Component):
         fmt = self.config.fmt
         half = data.View(ray_word(fmt), words.r_data[: ray_word(fmt).size])
         origin = Signal.like(half)
-        second, number = Signal(), Signal(range(RAYS))
+        second = Signal()
+        number = Signal(range(RAYS))
         given = self.o.valid & self.o.ready
         m.d.comb += [
             self.gives.eq(given & (number == RAYS - 1)),
@@ -87,7 +96,7 @@ class Source(wiring.Component):
                 m.d.sync += origin.eq(half)
 
         done = Signal.like(self.i.p.packets)
-        m.d.comb += self.i.ready.eq((done + self.gives) == self.i.p.packets)
+        m.d.comb += self.i.ready.eq(done == self.i.p.packets)
         m.d.sync += [number.eq(number + given), done.eq(done + self.gives)]
         with m.If(self.i.valid & self.i.ready):
             m.d.sync += [asked.eq(0), done.eq(0)]

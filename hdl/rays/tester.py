@@ -61,7 +61,7 @@ class Tester(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.latency = 1 + Intersect.latency_of(config.fmt) + Hits.latency
+        self.latency = 3 + Intersect.latency_of(config.fmt) + Hits.latency
         packet = packet_bits(config)
         test = data.StructLayout({"packet": packet, "triangle": NODE_BITS, "mask": RAYS})
         super().__init__({
@@ -115,9 +115,8 @@ class Tester(wiring.Component):
         ]
 
         # A test comes: its triangle and mask wait for the corners.
-        m.submodules.tests = tests = memory.Memory(
-            shape=data.StructLayout({"triangle": NODE_BITS, "mask": RAYS}), depth=packets, init=[]
-        )
+        waiting = data.StructLayout({"triangle": NODE_BITS, "mask": RAYS})
+        m.submodules.tests = tests = memory.Memory(shape=waiting, depth=packets, init=[])
         write_test, test = tests.write_port(), tests.read_port(domain="comb")
         m.d.comb += [
             self.i_tests.ready.eq(corners.i.ready),
@@ -131,38 +130,54 @@ class Tester(wiring.Component):
         ]
 
         # Its corners come: its rays go, one a cycle. Nothing waits from here on.
-        packet = corners.o.p
-        sent, left, picked = Signal(RAYS), Signal(RAYS), Signal(RAYS)
+        turn = Signal(waiting, reset_less=True)  # what is left of a test
+        packet = Signal.like(corners.o.p, reset_less=True)
+        busy, first, picked = Signal(), Signal(), Signal(RAYS)
         number = Signal(range(RAYS))
-        last = left == picked
+        last = turn.mask == picked
         m.d.comb += [
-            test.addr.eq(packet),
-            left.eq(test.data.mask & ~sent),
-            picked.eq(left & -left),
+            test.addr.eq(corners.o.p),
+            corners.o.ready.eq(~busy | last),
+            picked.eq(turn.mask & -turn.mask),
             number.eq(Cat(picked[1] | picked[3], picked[2] | picked[3])),
             corners.packet.eq(packet),
-            corners.o.ready.eq(last),
             ray.addr.eq(Cat(number, packet)),
         ]
-        with m.If(corners.o.valid):
-            m.d.sync += sent.eq(Mux(last, 0, sent | picked))
+        m.d.sync += [first.eq(0), turn.mask.eq(turn.mask & ~picked)]
+        with m.If(corners.o.ready):
+            m.d.sync += [
+                busy.eq(corners.o.valid),
+                packet.eq(corners.o.p),
+                turn.eq(test.data),
+                first.eq(1),
+            ]
 
-        # next cycle: intersect
+        # next cycle: read; the one after it: intersect
         fields = numbered(self.config, {"first": 1, "last": 1, "triangle": NODE_BITS})
-        about = Signal(fields, reset_less=True)
+        reading, about = (
+            Signal(fields, name=stage, reset_less=True) for stage in ("reading", "about")
+        )
+        reads = Signal()
+        given = intersect.i.p
         m.d.sync += [
-            intersect.i.valid.eq(corners.o.valid),
-            about.eq(Cat(packet, number, ~sent.any(), last, test.data.triangle)),
+            reads.eq(busy),
+            reading.eq(Cat(packet, number, first, last, turn.triangle)),
+        ]
+        entered = Signal(Intersect.operands(fmt), reset_less=True)
+        m.d.sync += [
+            intersect.i.valid.eq(reads),
+            about.eq(reading),
+            entered.ray.eq(ray.data),
+            *(entered[v].eq(corners.corners[v]) for v in CORNERS),
         ]
         m.d.comb += [
-            intersect.i.p.ray.eq(ray.data),
-            *(intersect.i.p[v].eq(corners.corners[v]) for v in CORNERS),
+            given.eq(entered),
             intersect.o.ready.eq(1),
             hits.i.valid.eq(intersect.o.valid),
         ]
         p = Pipeline()
         m.submodules.beside = p.m
-        t_min = p.at(p.input("t_min", ray.data.t_min), intersect.latency)
+        t_min = p.at(p.input("t_min", given.ray.t_min), intersect.latency)
         late = data.View(fields, p.at(p.input("about", about), intersect.latency))
         m.d.comb += [
             *(hits.i.p[field].eq(late[field]) for field, _ in fields),
@@ -175,6 +190,6 @@ class Tester(wiring.Component):
         with m.Else():
             m.d.sync += [
                 self.counters.tests.eq(self.counters.tests + write_test.en),
-                self.counters.ray_tests.eq(self.counters.ray_tests + corners.o.valid),
+                self.counters.ray_tests.eq(self.counters.ray_tests + busy),
             ]
         return m

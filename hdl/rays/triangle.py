@@ -51,21 +51,19 @@ class Intersect(wiring.Component):
 
     def __init__(self, fmt: FloatFormat):
         self.fmt, self.wide = fmt, fmt.difference
-        vertex = records.vertex(fmt)
         super().__init__({
-            "i": In(
-                stream.Signature(
-                    data.StructLayout({
-                        "ray": sheared_ray(fmt),
-                        **dict.fromkeys(("v0", "v1", "v2"), vertex),
-                    })
-                )
-            ),
+            "i": In(stream.Signature(self.operands(fmt))),
             "o": Out(
                 stream.Signature(data.StructLayout({"hit": 1, **dict.fromkeys("tuv", fmt.layout)}))
             ),
         })
         self.latency = self.latency_of(fmt)
+
+    @staticmethod
+    def operands(fmt: FloatFormat) -> data.StructLayout:
+        """A ray and a triangle."""
+        corners = dict.fromkeys(("v0", "v1", "v2"), records.vertex(fmt))
+        return data.StructLayout({"ray": sheared_ray(fmt), **corners})
 
     @staticmethod
     def latency_of(fmt: FloatFormat) -> int:

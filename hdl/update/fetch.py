@@ -9,6 +9,10 @@ from hdl.isa import INSTRUCTION_BITS
 from hdl.memory.port import Port, PortInterface
 from hdl.records import instructions_per_word
 
+BLOCK_BITS = 2
+BLOCK = 1 << BLOCK_BITS
+"""Words that are asked for together, from a multiple of it on: memories like their neighbours."""
+
 
 def program(config: Config) -> data.StructLayout:
     """Where a program lies: the address of its first word, and its length in instructions."""
@@ -46,9 +50,9 @@ class Fetch(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         self.slots = instructions_per_word(config.fmt)
-        # Words that the memory's latency and that of the units on the way to it ask for, and two
-        # for the word in use and the one that follows it.
-        self.depth = -(-(config.latency + 6) // self.slots) + 2
+        # Words that the memory's latency and that of the units on the way to it ask for, two for
+        # the word in use and the one that follows it, and those that wait to be a block.
+        self.depth = -(-(config.latency + 6) // self.slots) + 2 + BLOCK - 1
         super().__init__({
             "i": In(stream.Signature(program(config))),
             "o": Out(stream.Signature(INSTRUCTION_BITS)),
@@ -66,11 +70,13 @@ class Fetch(wiring.Component):
         room = Signal(range(self.depth + 1), init=self.depth)  # words that no one has asked for
         address = Signal.like(request.p.address, reset_less=True)
         slot = Signal(range(self.slots))
+        begins = Signal()  # the next word is the first of a block
         step = Signal()
         m.d.comb += [
             self.idle.eq((left == 0) & ~self.o.valid),
             self.i.ready.eq(self.idle),
-            request.valid.eq((unread != 0) & (room != 0)),
+            begins.eq(address[:BLOCK_BITS] == 0),  # all is free where a program begins within one
+            request.valid.eq((unread != 0) & (~begins | (room >= BLOCK))),
             request.p.address.eq(address),
             words.w_en.eq(response.valid),
             words.w_data.eq(response.payload),

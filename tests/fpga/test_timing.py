@@ -97,7 +97,7 @@ def test_the_command_prints_writes_and_keeps(placed, tmp_path, monkeypatch, caps
         assert code == 0 and max(map(len, out.split("\n"))) <= 80
     assert placed == [1]
     assert all(
-        word in out for word in ("91.5 MHz", "seed 1", "merge2.higher1_y", "2 to 8 M", "ECP5")
+        word in out for word in ("91.5 MHz", "seed 1", "merge2.higher1_y", "2 M to 8 M", "ECP5")
     )
     figures = json.loads(files[0].read_text())
     assert (figures["unit"], figures["seed"], figures["path"]) == ("update", 1, PATH)

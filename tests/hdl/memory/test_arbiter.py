@@ -79,9 +79,11 @@ class Monitor:
     async def run(self):
         write_bit = 1 << LAYOUT["write"].offset
         readers: deque[int] = deque()  # clients of the reads under way
+        held = 0  # requests served that are not taken
         while True:
             await RisingEdge(self.dut.clk)
-            free = not self.down[0].value or bool(self.down[1].value)
+            free = held < 2
+            held -= bool(self.down[0].value and self.down[1].value)
             full = len(readers) == self.outstanding
             answered = [k for k, port in enumerate(self.ports) if port[3].value and port[4].value]
             assert len(answered) <= 1, f"clients {answered} have one response"
@@ -90,13 +92,14 @@ class Monitor:
                 if not valid.value:
                     continue
                 bits = payload.value.to_unsigned()
-                blocked = full and not bits & write_bit
+                blocked = full
                 self.blocked += blocked
                 if winner is None and free and not blocked:
                     winner = k
                 if ready.value:
                     taken.append(k)
                     self.served.append((k, bits))
+                    held += 1
                     if not bits & write_bit:
                         readers.append(k)
             assert taken == [k for k in [winner] if k is not None], f"served {taken}, not {winner}"

@@ -9,9 +9,9 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from hdl.memory.cache import Cache
 from hdl.records import word_bits
-from tests.harness import CONFIGS, run_cocotb
+from tests.harness import CONFIGS, SideBySide, run_cocotb
 from tests.memory import Memory
-from tests.streams import now, put, start, take
+from tests.streams import collect, now, put, start
 
 CONFIG = CONFIGS["tiny"]
 WORDS, TAGS, MISSES = 16, 8, 4
@@ -24,11 +24,11 @@ def request(tag: int, address: int) -> int:
 
 
 async def begin(dut, **timing) -> Memory:
-    inputs = ("clear", "reads__request__valid", "reads__response__ready")
-    ports = ("port__request__ready", "port__response__valid")
+    inputs = ("cache__clear", "cache__reads__request__valid")
+    ports = ("cache__port__request__ready", "cache__port__response__valid")
     await start(dut, **dict.fromkeys(inputs + ports, 0))
     words = {k: random.getrandbits(BITS) for k in range(1 << CONFIG.address_bits)}
-    memory = Memory(dut, "port", CONFIG, words, **timing)
+    memory = Memory(dut, "cache__port", CONFIG, words, **timing)
     cocotb.start_soon(memory.run())
     return memory
 
@@ -49,9 +49,9 @@ async def every_word_is_right(dut, idle, busy, spread):
     count = 400
     asked = [(random.randrange(TAGS), random.randrange(spread)) for _ in range(count)]
     memory = await begin(dut, latency=random.randint(1, 40), busy=busy)
-    cocotb.start_soon(put(dut, "reads__request", [request(*one) for one in asked], idle))
-    check(memory, asked, await take(dut, "reads__response", count, busy))
-    hits, misses = int(dut.hits.value), int(dut.misses.value)
+    cocotb.start_soon(put(dut, "cache__reads__request", [request(*one) for one in asked], idle))
+    check(memory, asked, await collect(dut, "cache__reads__response", count))
+    hits, misses = int(dut.cache__hits.value), int(dut.cache__misses.value)
     assert misses == len(memory.requests) and hits + misses == count
     assert memory.most_under_way <= MISSES
     if spread > 1000:
@@ -59,28 +59,28 @@ async def every_word_is_right(dut, idle, busy, spread):
 
 
 @cocotb.test(timeout_time=1, timeout_unit="ms")
-async def hits_take_two_cycles_one_a_cycle(dut):
+async def hits_take_their_latency_one_a_cycle(dut):
     memory = await begin(dut)
     asked = [(k % TAGS, k) for k in range(WORDS)]
-    cocotb.start_soon(put(dut, "reads__request", [request(*one) for one in asked]))
-    await take(dut, "reads__response", WORDS)
+    cocotb.start_soon(put(dut, "cache__reads__request", [request(*one) for one in asked]))
+    await collect(dut, "cache__reads__response", WORDS)
     cycles: list[int] = []
     first = now()
-    cocotb.start_soon(put(dut, "reads__request", [request(*one) for one in 3 * asked]))
-    answers = await take(dut, "reads__response", 3 * WORDS, cycles=cycles)
+    cocotb.start_soon(put(dut, "cache__reads__request", [request(*one) for one in 3 * asked]))
+    answers = await collect(dut, "cache__reads__response", 3 * WORDS, cycles=cycles)
     check(memory, 3 * asked, answers)
-    assert cycles == list(range(first + 3, first + 3 + 3 * WORDS)), "taken in 1, there in 3"
+    assert cycles == list(range(first + 1 + Cache.latency, first + 1 + Cache.latency + 3 * WORDS))
     assert len(memory.requests) == WORDS
 
 
 @cocotb.test(timeout_time=1, timeout_unit="ms")
 async def a_hit_overtakes_a_miss(dut):
     memory = await begin(dut, latency=50)
-    await put(dut, "reads__request", [request(0, 3)])
-    await take(dut, "reads__response", 1)
+    await put(dut, "cache__reads__request", [request(0, 3)])
+    await collect(dut, "cache__reads__response", 1)
     asked = [(1, 100), (2, 3), (3, 101), (4, 3)]
-    cocotb.start_soon(put(dut, "reads__request", [request(*one) for one in asked]))
-    answers = await take(dut, "reads__response", 4)
+    cocotb.start_soon(put(dut, "cache__reads__request", [request(*one) for one in asked]))
+    answers = await collect(dut, "cache__reads__response", 4)
     check(memory, asked, answers)
     assert [bits & (TAGS - 1) for bits in answers] == [2, 4, 1, 3]
 
@@ -90,21 +90,21 @@ async def clear_forgets(dut):
     memory = await begin(dut)
     asked = [(k % TAGS, k) for k in range(WORDS)]
     for _ in range(2):
-        cocotb.start_soon(put(dut, "reads__request", [request(*one) for one in asked]))
-        check(memory, asked, await take(dut, "reads__response", WORDS))
+        cocotb.start_soon(put(dut, "cache__reads__request", [request(*one) for one in asked]))
+        check(memory, asked, await collect(dut, "cache__reads__response", WORDS))
         for address in memory.words:
             memory.words[address] ^= 1
-        dut.clear.value = 1
+        dut.cache__clear.value = 1
         await RisingEdge(dut.clk)
-        dut.clear.value = 0
+        dut.cache__clear.value = 0
         await ClockCycles(dut.clk, 2)
-        assert dut.hits.value == 0 and dut.misses.value == 0
+        assert dut.cache__hits.value == 0 and dut.cache__misses.value == 0
     assert len(memory.requests) == 2 * WORDS
 
 
 def test_cache(tmp_path, seed):
     cache = Cache(CONFIG, words=WORDS, tags=TAGS, misses=MISSES)
-    run_cocotb(cache, __name__, tmp_path, seed=seed)
+    run_cocotb(SideBySide({"cache": cache}), __name__, tmp_path, seed=seed)
 
 
 @pytest.mark.parametrize("words", [0, 1, 3, 1 << 13])

@@ -88,10 +88,10 @@ async def compare(dut, sizes, idle, busy):
     assert len(given) == len(found) // RAYS
     if not idle and not busy:
         expected = []
-        for count in rays_of_images:  # an image is taken with its last ray, then comes the next
+        for count in rays_of_images:
             begin += 1 + Camera.latency
             expected += range(begin, begin + count)
-            begin = expected[-1]
+            begin = expected[-1] - 1  # as the last ray leaves, the next image comes
         assert cycles == expected
 
 

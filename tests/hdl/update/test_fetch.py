@@ -9,7 +9,7 @@ from cocotb.triggers import RisingEdge
 
 from hdl.isa import INSTRUCTION_BITS
 from hdl.records import instructions_per_word, word_bits
-from hdl.update.fetch import Fetch, program
+from hdl.update.fetch import BLOCK, Fetch, program
 from tests.harness import CONFIGS, SideBySide, run_cocotb, unbuilt
 from tests.memory import Memory
 from tests.streams import now, put, start, take
@@ -110,6 +110,19 @@ async def sustains_one_a_cycle(dut, shared):
     assert found == instructions(config, memory.words, 1, length)
     assert cycles[0] == memory.responses[0] + 2
     assert cycles == list(range(cycles[0], cycles[0] + length))
+
+
+@cocotb.test(timeout_time=1, timeout_unit="ms")
+async def asks_for_blocks_in_one_go(dut):
+    name, config = unit()
+    slots = instructions_per_word(config.fmt)
+    words = min(60, (1 << config.address_bits) - 2)
+    memory = await begin(dut, config, name, [(2, words * slots)])
+    cocotb.start_soon(put(dut, f"{name}__i", pack_programs(config, [(2, words * slots)])))
+    await take(dut, f"{name}__o", words * slots)
+    for before, after in zip(memory.requests, memory.requests[1:], strict=False):
+        if after.address % BLOCK:
+            assert after.cycle == before.cycle + 1, f"word {after.address}"
 
 
 @cocotb.test(timeout_time=1, timeout_unit="ms")
