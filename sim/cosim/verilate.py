@@ -116,15 +116,21 @@ def build(
         text = re.sub(
             r"reg (\\\$auto\$verilog_backend\S+)\s+= 0;", r"reg \1 ; initial \1 <= 0;", text
         )
-    folder = cache_folder() / _key(waves, text, *beside)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with FileLock(folder.with_suffix(".lock")):
-        if not folder.exists():
-            _compile([text, *beside], folder, waves)
+    folder = build_text([text, *beside], waves=waves)
     if known:
         new = known.with_suffix(f".{os.getpid()}")  # whole, whoever reads it meanwhile
         new.write_text(folder.name)
         new.replace(known)
+    return folder
+
+
+def build_text(texts: Sequence[str], *, top: str = TOP, waves: bool = False) -> Path:
+    """As `build`, of Verilog as it is; the first text has the module `top`."""
+    folder = cache_folder() / _key(waves, *texts)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with FileLock(folder.with_suffix(".lock")):
+        if not folder.exists():
+            _compile(texts, top, folder, waves)
     return folder
 
 
@@ -142,7 +148,7 @@ def _key(waves: bool, *texts: str) -> str:
     return hashlib.sha256("\0".join([*flags, *tools, sys.prefix, *texts]).encode()).hexdigest()[:24]
 
 
-def _compile(texts: list[str], folder: Path, waves: bool):
+def _compile(texts: Sequence[str], top: str, folder: Path, waves: bool):
     if simulator() == "verilator":
         for tool in ("g++", "make"):
             if not shutil.which(tool):
@@ -162,7 +168,7 @@ def _compile(texts: list[str], folder: Path, waves: bool):
         try:
             _runner().build(
                 sources=sources[1:] + sources[:1],
-                hdl_toplevel=TOP,
+                hdl_toplevel=top,
                 build_dir=work,
                 build_args=_flags(work, waves),
                 timescale=("1ns", "1ps"),
@@ -173,7 +179,7 @@ def _compile(texts: list[str], folder: Path, waves: bool):
             raise SimulationError(f"{simulator()} does not build: {_reason(log, error)}") from error
         if not runtime.exists():
             _keep(work.glob("verilated*.o"), runtime)
-        _keep((work / name for name in (TOP, "sim.vvp", "cmds.f")), folder)
+        _keep((work / name for name in (top, "sim.vvp", "cmds.f")), folder)
 
 
 def _keep(files: Iterable[Path], folder: Path):
@@ -193,6 +199,7 @@ def run(
     test_module: str,
     work: Path,
     *,
+    top: str = TOP,
     waves: bool = False,
     log: Path | None = None,
     **env,
@@ -209,7 +216,7 @@ def run(
     """
     try:
         results = _runner().test(
-            hdl_toplevel=TOP,
+            hdl_toplevel=top,
             hdl_toplevel_lang="verilog",
             test_module=test_module,
             build_dir=folder,
