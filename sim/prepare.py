@@ -1,4 +1,4 @@
-"""From a scene to what the machine runs: load, normalise, build, compile."""
+"""From a scene and a camera to what the machine runs: normalise, build, compile."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,11 +8,14 @@ from time import perf_counter
 import numpy as np
 
 from hdl.config import Config
+from hdl.fp.format import FloatFormat
 from sim.compiler.check import check
 from sim.compiler.compile import compile_tree
 from sim.compiler.image import Image
+from sim.compiler.rays import View, check_image
 from sim.errors import InputError
 from sim.model.fp.format import decode, encode
+from sim.scene.camera import Camera
 from sim.scene.normalise import Normalised, normalise
 from sim.scene.scene import Scene
 from sim.tree.build import build
@@ -119,3 +122,24 @@ def spread(frames: range, most: int) -> list[int]:
     """Some of many frames: the first one, and others at even distances."""
     count = min(len(frames), most)
     return [frames[k * len(frames) // count] for k in range(count)]
+
+
+def view_of(fmt: FloatFormat, camera: Camera) -> View:
+    """A camera in bit patterns, each number rounded once; t from 0 to infinity.
+
+    Raises
+    ------
+    InputError
+        The format does not count that many columns or rows.
+    """
+    check_image(fmt, camera.width, camera.height)
+    return View(
+        origin=encode(fmt, camera.origin),
+        corner=encode(fmt, camera.corner),
+        right=encode(fmt, camera.right),
+        down=encode(fmt, camera.down),
+        width=camera.width,
+        height=camera.height,
+        t_min=int(encode(fmt, 0.0)),
+        t_max=int(encode(fmt, np.inf)),
+    )

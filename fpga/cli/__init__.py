@@ -1,10 +1,16 @@
 """The command `bkd-fpga`: Verilog, boards, resources and timing."""
 
-from fpga.cli import resources
+from fpga.cli import build, load, resources, timing, verilog
 from fpga.tools import BuildError
 from sim.command import parser, run
 
-COMMANDS = {"resources": resources}
+COMMANDS = {
+    "build": build,
+    "load": load,
+    "resources": resources,
+    "timing": timing,
+    "verilog": verilog,
+}
 
 
 def main():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hdl.fp.format import FloatFormat
-from sim.compiler.rays import View, check_image
+from sim.compiler.rays import View
 from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import Rays, camera
 from sim.model.rays.traversal import NO_TRIANGLE, RAYS
@@ -13,27 +13,6 @@ from sim.scene.camera import Camera
 
 SHADOW_ULPS = 128
 """Half ulps of the largest coordinate by which shadow rays start off their surface."""
-
-
-def view_of(fmt: FloatFormat, camera: Camera) -> View:
-    """A camera in bit patterns, each number rounded once; t from 0 to infinity.
-
-    Raises
-    ------
-    InputError
-        The format does not count that many columns or rows.
-    """
-    check_image(fmt, camera.width, camera.height)
-    return View(
-        origin=encode(fmt, camera.origin),
-        corner=encode(fmt, camera.corner),
-        right=encode(fmt, camera.right),
-        down=encode(fmt, camera.down),
-        width=camera.width,
-        height=camera.height,
-        t_min=int(encode(fmt, 0.0)),
-        t_max=int(encode(fmt, np.inf)),
-    )
 
 
 def camera_rays(fmt: FloatFormat, view: View) -> Rays:

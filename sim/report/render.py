@@ -12,7 +12,7 @@ from sim.cosim.machine import Timing
 from sim.cosim.stage import Cast, Stage
 from sim.model.fp.format import decode
 from sim.model.rays.camera import Rays
-from sim.prepare import Prepared
+from sim.prepare import Prepared, view_of
 from sim.report import pixels
 from sim.report.mismatch import SHOWN, describe_all
 from sim.report.passes import Pass, check_pass, oracle_figures, total
@@ -129,7 +129,7 @@ def measure_render(
         latency=timing.latency,
         cache_words=config.cache_words,
     )
-    view = pixels.view_of(config.fmt, camera)
+    view = view_of(config.fmt, camera)
     rays = pixels.camera_rays(config.fmt, view)
     watch.step("building the simulator")
     with Stage(prepared, len(rays.pixels), timing) as stage:

@@ -1,0 +1,93 @@
+"""What is known of a board, and the top level that is built for it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from amaranth import *
+from amaranth.build.plat import TemplatedPlatform
+from amaranth.lib import io
+from amaranth.lib.cdc import FFSynchronizer
+
+from hdl import board as design
+from hdl.config import Config
+
+LEDS = 8
+
+
+@dataclass(frozen=True)
+class Board:
+    """A board that a machine is built for.
+
+    Attributes
+    ----------
+    name : str
+    config : Config
+    words : int
+        Memory words on the chip.
+    platform : callable
+        Makes the platform of Amaranth: it has `led` 0 to 7, `button` 0, and `uart` 0 with `tx`. It
+        is given the pins of a file that a user wrote, which most need none of.
+    clock_hz : float
+        Of the core.
+    clock : callable
+        Makes the domain `sync` of that clock, in reset until it runs.
+    baud : int
+    loader : tuple of str
+        Arguments of openFPGALoader; empty where it does not know the board.
+    tools : str
+        Who builds.
+    pins : str
+        Where the pins come from.
+    needs : tuple of str
+        Pins that a user has to name.
+    overrides : dict
+        Of Amaranth's build templates.
+    """
+
+    name: str
+    config: Config
+    words: int
+    platform: Callable[[dict], TemplatedPlatform]
+    clock_hz: float
+    clock: Callable[[Module, TemplatedPlatform], None]
+    baud: int
+    loader: tuple[str, ...]
+    tools: str
+    pins: str
+    needs: tuple[str, ...] = ()
+    overrides: dict[str, str] = field(default_factory=dict)
+
+
+class Top(Elaboratable):
+    """A board's design and its pins.
+
+    LEDs: 0, a frame is under way; 1, its hits are sent; 2 to 7, frames that were run.
+    """
+
+    def __init__(self, board: Board, content: design.Content):
+        self.board = board
+        self.content = content
+
+    def elaborate(self, platform):
+        m = Module()
+        board = self.board
+        board.clock(m, platform)
+        m.submodules.design = inner = design.Board(
+            board.config,
+            words=board.words,
+            content=self.content,
+            clock_hz=board.clock_hz,
+            baud=board.baud,
+        )
+        m.submodules.button = button = io.Buffer(
+            io.Direction.Input, platform.request("button", dir="-")
+        )
+        m.submodules.pressed = FFSynchronizer(button.i, inner.button)
+        m.submodules.tx = tx = io.Buffer(io.Direction.Output, platform.request("uart", dir="-").tx)
+        m.d.comb += tx.o.eq(inner.tx)
+        shown = Cat(inner.busy, inner.sends, inner.frames)[:LEDS]
+        for number, bit in enumerate(shown):
+            led = io.Buffer(io.Direction.Output, platform.request("led", number, dir="-"))
+            m.submodules[f"led_{number}"] = led
+            m.d.comb += led.o.eq(bit)
+        return m

@@ -1,0 +1,103 @@
+"""`bkd-fpga build`."""
+
+import re
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from fpga.boards import BOARDS
+from fpga.boards.board import Board
+from fpga.boards.pins import read_pins
+from fpga.build import Result, build
+from fpga.content import show
+from fpga.project import BITSTREAM, project
+from fpga.tools import BuildError
+from sim.command import Parser
+from sim.console import print_tables
+from sim.errors import InputError
+from sim.files import check_writable, write_json
+
+EXAMPLE = "build ulx3s --scene walker:2000"
+
+
+def arguments(parser: Parser):
+    """Options of the command."""
+    add = parser.add_argument
+    add("board", metavar="BOARD", choices=BOARDS, help="%(choices)s")
+    add("--scene", default="walker:2000", help="as for bkd-sim render; %(default)s")
+    add("--frame", metavar="N", type=int, default=8, help="of the scene; %(default)s")
+    add("--size", metavar="WxH", default="112x84", help="in pixels; %(default)s")
+    add("--pins", metavar="FILE", type=Path, help="TOML: pins, for a board that needs it")
+    add("--seed", metavar="N", type=int, default=1, help="of nextpnr's placer; %(default)s")
+    add("-o", "--out", metavar="DIR", type=Path, help="folder of the project; build/BOARD")
+    add("--dry-run", action="store_true", help="write the project, print what would build it")
+    add("--json", metavar="FILE", type=Path, help="write the figures to FILE")
+
+
+def run(options) -> int:
+    """Build a machine with a scene in its memory for a board."""
+    check_writable(options.json)
+    board: Board = BOARDS[options.board]
+    folder: Path = options.out or Path("build", board.name)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is no folder; name another by -o")
+    if options.pins and not board.needs:
+        raise InputError(f"--pins {options.pins}: the pins of {board.name} are known; leave it out")
+    pins = read_pins(options.pins, board.needs) if options.pins else {}
+    missing = [name for name in board.needs if name not in pins]
+    with Console(stderr=True).status("") as status:
+        shown = show(board, options.scene, options.frame, _size(options.size), status.update)
+        status.update("writing the project")
+        made = project(board, shown.content, pins, options.seed)
+        if options.dry_run or missing:
+            made.write(folder)
+        if options.dry_run:
+            print(made.shell_command(folder))
+            return 0
+        if missing:
+            raise BuildError(
+                f"the pins of {board.name} are not known: write {', '.join(missing)} to a file, as "
+                f'in clk = "AB12", and give it by --pins; without them the project is in {folder}'
+            )
+        result = build(board, made, folder, status.update)
+    print_tables(_table(board, shown.prepared.scene.name, result, folder))
+    write_json(options.json, {"board": board.name, "scene": options.scene, **asdict(result)})
+    if result.closes:
+        return 0
+    print(
+        f"bkd-fpga: {board.name}: the core's clock reaches {result.fmax_mhz:.1f} MHz of the "
+        f"{result.clock_mhz:g} it is to have; try another --seed",
+        file=sys.stderr,
+    )
+    return 1
+
+
+def _table(board: Board, scene: str, result: Result, folder: Path) -> Table:
+    """What was built."""
+    title = f"{board.name}: {scene}, built by {board.tools}"
+    shown = Table(
+        title=title,
+        title_justify="left",
+        box=box.SIMPLE,
+        show_header=False,
+        min_width=min(len(title), 80),
+    )
+    shown.add_row("bitstream", f"{folder / BITSTREAM}")
+    shown.add_row("clock of the core", f"{result.clock_mhz:g} MHz")
+    fmax = f"{result.fmax_mhz:.1f} MHz" if result.fmax_mhz else f"see the reports in {folder}"
+    shown.add_row("Fmax", fmax)
+    for name, (used, there) in result.resources.items():
+        shown.add_row(name, f"{used:,} of {there:,}: {used / there:.0%}")
+    shown.add_row("built in", f"{result.seconds / 60:.1f} minutes")
+    return shown
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+)x(\d+)", text)
+    if not match or not int(match[1]) * int(match[2]):
+        raise InputError(f"--size {text}: give pixels, at least 1 each way, as in 112x84")
+    return int(match[1]), int(match[2])
