@@ -1,4 +1,4 @@
-"""A unit alone on a device: between registers, on four pins."""
+"""A unit alone on a device: between registers, on three pins."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -9,7 +9,8 @@ class Pinned(wiring.Component):
     """Feeds a unit's inputs from a shift register and folds its outputs into another.
 
     All that goes into the unit and comes out of it is a register, so that place and route sees
-    the unit's own paths and whatever it does not need for its outputs is not left out.
+    the unit's own paths and leaves nothing out. There is no reset: the bitstream says how registers
+    begin, as it does on a board.
 
     Parameters
     ----------
@@ -17,13 +18,12 @@ class Pinned(wiring.Component):
 
     Members
     -------
-    clk, rst : In(1), the reset synchronous
+    clk : In(1)
     d : In(1), into the shift register of inputs
     q : Out(1), what the outputs fold to
     """
 
     clk: In(1)
-    rst: In(1)
     d: In(1)
     q: Out(1)
 
@@ -34,10 +34,8 @@ class Pinned(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.domains.sync = ClockDomain(reset_less=True)
-        reset = Signal()
         m.d.comb += ClockSignal().eq(self.clk)
-        m.d.sync += reset.eq(self.rst)
-        m.submodules.unit = ResetInserter(reset)(self.unit)
+        m.submodules.unit = self.unit
 
         members = [
             (Value.cast(value), member.flow)

@@ -13,7 +13,7 @@ from hdl.fp.mul import Mul
 from hdl.rays.delay import Pipeline
 from hdl.rays.packet import AXES, RAYS, pixel_bits
 from hdl.rays.setup import setup_ray
-from hdl.stream import Slice
+from hdl.stream import Landing
 
 
 def image(config: Config) -> data.StructLayout:
@@ -46,13 +46,13 @@ class Camera(wiring.Component):
 
     Members
     -------
-    i : In(stream of image), taken the cycle before its last ray is given
+    i : In(stream of image), taken when its last ray has left the pipeline
     o : Out(stream of setup_ray), four a packet, in order
     gives : Out(1), in one cycle for each packet, before its last ray comes
     """
 
     depth = 2 + Mul.latency + 2 * Add.latency
-    latency = depth + 1
+    latency = depth + Landing.latency
     i: stream.Interface
     o: stream.Interface
     gives: Signal
@@ -69,14 +69,13 @@ class Camera(wiring.Component):
         m = Module()
 
         fmt, i = self.config.fmt, self.i.p
-        # All of the pipeline steps at once, so whether it does has to be known early.
-        m.submodules.given = given = Slice(self.o.p.shape())
-        wiring.connect(m, given.o, wiring.flipped(self.o))
-        o = given.i
-        go, all_entered = Signal(), Signal()
-        enters = self.i.valid & ~all_entered
+        # Nothing waits in the pipeline: it has more registers than one signal can stop in a cycle.
         p = Pipeline()
-        m.submodules.pipeline = EnableInserter(go)(p.m)
+        m.submodules.pipeline = p.m
+        m.submodules.landed = landed = Landing(self.o.p.shape(), self.depth + Landing.latency + 2)
+        wiring.connect(m, landed.o, wiring.flipped(self.o))
+        o, enters = landed.i, landed.enters
+        all_entered = Signal()
 
         number = Signal(range(RAYS))
         column, row = (Signal(len(i.width) - 1, name=name) for name in ("column", "row"))
@@ -84,11 +83,11 @@ class Camera(wiring.Component):
         row_ends, image_ends = (column + 1) * 2 >= i.width, (row + 1) * 2 >= i.height
         ends = Signal()
         m.d.comb += [
-            go.eq(o.ready),
-            self.gives.eq(go & enters & (number == RAYS - 1)),
+            enters.eq(self.i.valid & ~all_entered & landed.room),
+            self.gives.eq(enters & (number == RAYS - 1)),
             ends.eq((number == RAYS - 1) & row_ends & image_ends),
         ]
-        with m.If(go & enters):
+        with m.If(enters):
             m.d.sync += [number.eq(number + 1), all_entered.eq(ends)]
         with m.If(self.gives):
             m.d.sync += column.eq(Mux(row_ends, 0, column + 1))
@@ -120,14 +119,13 @@ class Camera(wiring.Component):
         beside = {"number": number, "beyond": (x >= i.width) | (y >= i.height), "ends": ends}
         late = {name: p.at(p.input(name, value), self.depth) for name, value in beside.items()}
         valid = Signal(self.depth - 1)
-        with m.If(go):
-            m.d.sync += Cat(valid, o.valid).eq(Cat(enters, valid))
+        m.d.sync += Cat(valid, o.valid).eq(Cat(enters, valid))
         m.d.comb += [
             o.p.number.eq(late["number"]),
             o.p.ray.origin.eq(i.origin),
             o.p.ray.t_min.eq(i.t_min),
             o.p.ray.t_max.eq(i.t_max),
-            self.i.ready.eq(o.valid & o.ready & late["ends"]),
+            self.i.ready.eq(o.valid & late["ends"]),
         ]
         with m.If(late["beyond"]):
             m.d.comb += [

@@ -16,7 +16,7 @@ from hdl.rays.delay import Pipeline
 from hdl.rays.packet import AXES, MARGIN_ULPS, RAYS, ray, slab_ray
 from hdl.rays.stack import packet_bits, start
 from hdl.rays.tester import tester_ray
-from hdl.stream import Slice
+from hdl.stream import Landing
 
 
 def setup_ray(config: Config) -> data.StructLayout:
@@ -61,7 +61,8 @@ class Setup(wiring.Component):
         self.config = config
         margin = 1 + Add.latency + Mul.latency
         self.last = max(margin + Add.latency, Recip.latency_of(config.fmt) + 1 + Mul.latency)
-        self.latency = self.last + 5
+        self.room = self.last + Landing.latency + 2
+        self.latency = self.last + Landing.latency + 4
         super().__init__({
             "i": In(stream.Signature(setup_ray(config))),
             "i_packets": In(stream.Signature(packet_bits(config))),
@@ -73,21 +74,20 @@ class Setup(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # All of the pipeline steps at once, so whether it does has to be known early.
-        p, go = Pipeline(), Signal()
-        m.submodules.pipeline = EnableInserter(go)(p.m)
+        # Nothing waits in the pipeline: it has more registers than one signal can stop in a cycle.
+        p = Pipeline()
+        m.submodules.pipeline = p.m
         prepared = self._pipeline(p)
         shapes = {name: value.shape() for name, value in prepared.items()}
-        m.submodules.landed = landed = Slice(data.StructLayout(shapes))
+        m.submodules.landed = landed = Landing(data.StructLayout(shapes), self.room)
         valid = Signal(self.last)
+        m.d.sync += valid.eq(Cat(landed.enters, valid))
         m.d.comb += [
-            go.eq(landed.i.ready),
-            self.i.ready.eq(go),
+            self.i.ready.eq(landed.room),
+            landed.enters.eq(self.i.valid & landed.room),
             landed.i.valid.eq(valid[-1]),
             *(landed.i.p[name].eq(value) for name, value in prepared.items()),
         ]
-        with m.If(go):
-            m.d.sync += valid.eq(Cat(self.i.valid, valid))
 
         # A ray goes to the tester as it is. Its slabs wait for those of its packet, in two places
         # in turn, so that those of a packet go while those of the next one come.

@@ -11,6 +11,7 @@ from hdl.config import Config
 from hdl.fp.format import F24, FloatFormat
 from hdl.rays.camera import Camera
 from hdl.rays.packet import RAYS, pixel_bits
+from hdl.stream import Landing
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import encode
 from sim.model.rays.camera import camera
@@ -91,7 +92,7 @@ async def compare(dut, sizes, idle, busy):
         for count in rays_of_images:
             begin += 1 + Camera.latency
             expected += range(begin, begin + count)
-            begin = expected[-1] - 1  # as the last ray leaves, the next image comes
+            begin = expected[-1] - Landing.latency  # the next image comes as the last ray lands
         assert cycles == expected
 
 
