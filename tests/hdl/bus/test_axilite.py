@@ -40,10 +40,13 @@ class Registers:
 
 async def begin(dut, stalls: float) -> tuple[Registers, AxiLiteMaster]:
     quiet(dut)
+    handshakes = ("awvalid", "wvalid", "bready", "arvalid", "rready")
+    idle = {f"axi__{name}": 0 for name in handshakes}
+    await start(dut, registers__read_data=0, registers__missing=0, **idle)
+    # after the reset: cocotbext.axi takes no signal that is unknown
     master = AxiLiteMaster(AxiLiteBus.from_prefix(dut, "axi_"), dut.clk, dut.rst)
     registers = Registers(dut)
     cocotb.start_soon(registers.run())
-    await start(dut, registers__read_data=0, registers__missing=0)
     if stalls:
         write, read = master.write_if, master.read_if
         for channel in (
