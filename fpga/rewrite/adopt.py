@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 
-from fpga.rewrite.syntax import Assign, Module, identifiers, rename
+from fpga.rewrite.syntax import Assign, Module, identifiers, rename, spaced
 
 NAMELESS = re.compile(r"\\\$.*|_\d+_")
 
@@ -28,15 +28,15 @@ def adopt(module: Module):
     for source, target in names.items():
         passed = module.signals.pop(source)
         module.signals[target].kind, module.signals[target].rest = passed.kind, passed.rest
-    spaced = {k: f"{v} " if v[0] == "\\" else v for k, v in names.items()}
+    texts = {source: spaced(target) for source, target in names.items()}
     kept = []
     for item in module.items:
         if isinstance(item, Assign):
             if names.get(item.right.strip()) == item.left:
                 continue
-            item.left = rename(item.left, spaced).strip()
-            item.right = rename(item.right, spaced)
+            item.left = rename(item.left, texts).strip()
+            item.right = rename(item.right, texts)
         else:
-            item.lines = [rename(line, spaced) for line in item.lines]
+            item.lines = [rename(line, texts) for line in item.lines]
         kept.append(item)
     module.items = kept

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 
-from fpga.rewrite.syntax import Declaration
+from fpga.rewrite.syntax import Declaration, spaced
 
 LEX = re.compile(
     r"\s*(\d+'s?[bdho][0-9a-fA-FxXzZ_?]+|\$signed|\\\S+|[A-Za-z_]\w*|\d+"
@@ -156,8 +156,7 @@ class Parser:
         if self._peek() != "[":
             if signal.rest.startswith("["):
                 raise KeyError
-            spaced = f"{token} " if token[0] == "\\" else token
-            return Expression("", text=spaced, width=signal.width, name=token)
+            return Expression("", text=spaced(token), width=signal.width, name=token)
         return self._slice(token, signal)
 
     def _slice(self, token: str, signal: Declaration) -> Expression:
@@ -165,10 +164,9 @@ class Parser:
         inside: list[str] = []
         while (part := self._next()) != "]" or inside.count("[") > inside.count("]"):
             inside.append(part)
-        spaced = f"{token} " if token[0] == "\\" else token
         numbers = "".join(inside).split(":")
-        index = "".join(f"{part} " if part[0] == "\\" else part for part in inside)
-        text = f"{spaced}[{index}]"
+        index = "".join(map(spaced, inside))
+        text = f"{spaced(token)}[{index}]"
         if signal.rest.startswith("["):
             return Expression("", text=text, width=signal.width)
         if not all(number.isdigit() for number in numbers):

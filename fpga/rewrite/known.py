@@ -5,7 +5,7 @@ from copy import copy
 
 from fpga.rewrite.expression import Expression
 from fpga.rewrite.sites import Site
-from fpga.rewrite.syntax import Module
+from fpga.rewrite.syntax import Module, spaced
 
 
 def put_known(module: Module, sites: list[Site]):
@@ -56,7 +56,7 @@ def _aliased(site: Site, aliases: dict[str, str], constants: dict[str, str]) -> 
             result.name, result.text = "", value
         name = aliases.get(found.text)
         if name and name != site.target:
-            result.name, result.text = name, f"{name} " if name[0] == "\\" else name
+            result.name, result.text = name, spaced(name)
         return result
 
     return exchange(site.expression)

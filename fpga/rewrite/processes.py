@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 
-from fpga.rewrite.syntax import Assign, Block, Module, identifiers
+from fpga.rewrite.syntax import Block, Module, names_in, spaced
 
 CLOCKED = re.compile(r"  always @\(posedge (\w+)\)$")
 SAVE = re.compile(r"    (.+?) ?<= (\\\$\d+) ?;$")
@@ -12,7 +12,7 @@ TRIGGER = re.compile(r"    if \((\\\$auto\$\S+?) ?\) begin end$")
 
 def merge_registers(module: Module):
     """Compute the next value of a register where it is kept, if nobody else wants it."""
-    uses = Counter(name for item in module.items for name in _names(item))
+    uses = Counter(name for item in module.items for name in names_in(item))
     nexts = {}
     for item in module.items:
         if isinstance(item, Block) and item.lines[0] == "  always @* begin":
@@ -36,14 +36,13 @@ def merge_registers(module: Module):
 def _body(source: Block, register: str, name: str) -> list[str]:
     """Lines of a process that compute a next value, as ones that keep it."""
     register = register.strip()
-    spaced = f"{register} " if register[0] == "\\" else register
     lines = []
     for line in source.lines[1:]:
         if TRIGGER.match(line):
             continue
         if _target(line) == name:
             head, value = line.split(" = ", 1)
-            head = f"{head} ".replace(f"{name} ", spaced, 1).rstrip()
+            head = f"{head} ".replace(f"{name} ", spaced(register), 1).rstrip()
             line = f"{head} <= {value}"
             if value.strip(" ;") == register and line.strip().startswith(f"{register} <="):
                 continue  # it stays as it is
@@ -64,13 +63,8 @@ def settle_triggers(module: Module):
     assigned without blocking, it comes after.
     """
     for name in [name for name in module.signals if name.startswith("\\$auto$")]:
-        if any(isinstance(item, Block) and name in _names(item) for item in module.items):
+        if any(isinstance(item, Block) and name in names_in(item) for item in module.items):
             module.signals[name].rest = ""
             module.items.append(Block([f"  initial {name}  <= 1'b0;"]))
         else:
             del module.signals[name]
-
-
-def _names(item) -> list[str]:
-    lines = [item.left, item.right] if isinstance(item, Assign) else item.lines
-    return [name for line in lines for name in identifiers(line)]

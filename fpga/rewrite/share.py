@@ -4,9 +4,7 @@ import re
 from collections import Counter
 
 from fpga.rewrite.plain import Names
-from fpga.rewrite.syntax import CONNECTION, TOKEN, Assign, Block, Module, identifiers
-
-Item = Assign | Block
+from fpga.rewrite.syntax import CONNECTION, TOKEN, Assign, Block, Module, identifiers, spaced
 
 
 def share(modules: list[Module], top: str, kinds: dict[str, str]) -> list[Module]:
@@ -61,11 +59,7 @@ def _connect(module: Module, chosen: dict[str, tuple[Module, dict[str, str]]]):
                 found[ports[connection[1].strip()]] = connection[2].strip()
         lines = [f"    .{port}({found[port]})" for port in other.ports if port in found]
         # The name of a module is an escaped one by now.
-        item.lines = [f"  {_spaced(other.name)} {match[2]} (", *_commas(lines), "  );"]
-
-
-def _spaced(name: str) -> str:
-    return f"{name} " if name[0] == "\\" else name
+        item.lines = [f"  {spaced(other.name)} {match[2]} (", *_commas(lines), "  );"]
 
 
 def _commas(lines: list[str]) -> list[str]:

@@ -35,8 +35,8 @@ class Site:
 
 
 def sites_of(module: Module) -> list[Site]:
-    parser = Parser(module.signals)
     """All expressions of a module that are understood."""
+    parser = Parser(module.signals)
     sites = []
 
     def add(text: str, left: str, write: Callable[[str], None], always: bool = False):

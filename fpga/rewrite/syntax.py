@@ -148,6 +148,17 @@ def identifiers(text: str) -> list[str]:
     return [t for t in found if (t[0] in "\\_" or t[0].isalpha()) and t not in KEYWORDS]
 
 
+def names_in(item: Block | Assign) -> list[str]:
+    """Identifiers in an item, in their order."""
+    lines = [item.left, item.right] if isinstance(item, Assign) else item.lines
+    return [name for line in lines for name in identifiers(line)]
+
+
+def spaced(name: str) -> str:
+    """A name as it stands in a text: an escaped one with the blank that ends it."""
+    return f"{name} " if name[0] == "\\" else name
+
+
 def rename(text: str, names: dict[str, str]) -> str:
     """A text with some identifiers exchanged."""
 

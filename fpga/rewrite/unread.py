@@ -1,7 +1,7 @@
 """What nobody reads."""
 
 from fpga.rewrite.sites import names_read
-from fpga.rewrite.syntax import Assign, Module, identifiers
+from fpga.rewrite.syntax import Assign, Module, identifiers, names_in
 
 
 def drop_unread(module: Module):
@@ -16,10 +16,5 @@ def drop_unread(module: Module):
         if len(kept) == len(module.items):
             break
         module.items = kept
-    text = {name for item in module.items for name in _names(item)} | set(module.ports)
+    text = {name for item in module.items for name in names_in(item)} | set(module.ports)
     module.signals = {name: signal for name, signal in module.signals.items() if name in text}
-
-
-def _names(item) -> list[str]:
-    lines = [item.left, item.right] if isinstance(item, Assign) else item.lines
-    return [name for line in lines for name in identifiers(line)]
