@@ -1,6 +1,8 @@
 """Options and fixtures that all tests share."""
 
+import importlib
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -40,3 +42,17 @@ def scene_file():
         return path
 
     return find
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Runs a command of ours by its name and arguments: exit code, output and errors."""
+
+    def run(program: str, *arguments) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", [program, *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            importlib.import_module(f"{program.removeprefix('bkd-')}.cli").main()
+        assert isinstance(end.value.code, int)
+        return (end.value.code, *capsys.readouterr())
+
+    return run

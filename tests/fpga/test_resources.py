@@ -1,11 +1,10 @@
 """fpga.resources: counts by unit, and the command."""
 
 import json
-import sys
 
 import pytest
 
-from fpga import cli, resources
+from fpga import resources
 from fpga.families import FAMILIES, RESOURCES
 from hdl.config import TINY
 
@@ -28,15 +27,6 @@ COUNTS = {
     "core.update.merge": (6, 0, 1, 1),
     "core.updated": (0, 1, 0, 0),
 }
-
-
-def run(monkeypatch, capsys, *arguments) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of a command."""
-    monkeypatch.setattr(sys, "argv", ["bkd-fpga", *map(str, arguments)])
-    with pytest.raises(SystemExit) as end:
-        cli.main()
-    assert isinstance(end.value.code, int)
-    return (end.value.code, *capsys.readouterr())
 
 
 @pytest.fixture
@@ -63,19 +53,19 @@ def test_a_result_is_kept(synthesised):
     assert resources.resources(TINY, "xc4v") != first and len(synthesised) == 2
 
 
-def test_the_command_prints_and_writes(synthesised, tmp_path, monkeypatch, capsys):
+def test_the_command_prints_and_writes(synthesised, run, tmp_path):
     file = tmp_path / "r.json"
-    code, out, _ = run(monkeypatch, capsys, "resources", "-c", "tiny", "--json", file)
+    code, out, _ = run("bkd-fpga", "resources", "-c", "tiny", "--json", file)
     assert code == 0 and max(map(len, out.split("\n"))) <= 80
     assert "10" in out and "83,640" in out and "0%" in out
     figures = json.loads(file.read_text())
     assert figures["units"]["core"]["LUT"] == 10 and figures["device"] == "ECP5-85F"
 
 
-def test_a_core_that_does_not_fit_fails(synthesised, monkeypatch, capsys):
+def test_a_core_that_does_not_fit_fails(synthesised, run, monkeypatch):
     many = CELLS | {f"x_{k}": "LUT4" for k in range(90_000)}
     monkeypatch.setattr(resources, "_synthesise", lambda *_: many)
-    code, out, _ = run(monkeypatch, capsys, "resources", "-c", "tiny")
+    code, out, _ = run("bkd-fpga", "resources", "-c", "tiny")
     assert code == 1 and "108%" in out
 
 
@@ -87,7 +77,7 @@ def test_a_core_that_does_not_fit_fails(synthesised, monkeypatch, capsys):
         (["--json", "no/such/r.json"], ["no/such/r.json"]),
     ],
 )
-def test_bad_input_is_one_line(arguments, words, synthesised, monkeypatch, capsys):
-    code, out, err = run(monkeypatch, capsys, "resources", *arguments)
+def test_bad_input_is_one_line(arguments, words, synthesised, run):
+    code, out, err = run("bkd-fpga", "resources", *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1) and not synthesised
     assert err.startswith("bkd-fpga: ") and all(word in err for word in words)

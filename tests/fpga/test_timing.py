@@ -1,11 +1,10 @@
 """fpga.timing: the report of place and route, a real run of it, and the command."""
 
 import json
-import sys
 
 import pytest
 
-from fpga import cli, timing
+from fpga import timing
 from fpga.cli import timing as command
 from fpga.throughput import throughput
 from hdl.config import TINY
@@ -50,15 +49,6 @@ PATH = [
 ]
 
 
-def run(monkeypatch, capsys, *arguments) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of a command."""
-    monkeypatch.setattr(sys, "argv", ["bkd-fpga", "timing", *map(str, arguments)])
-    with pytest.raises(SystemExit) as end:
-        cli.main()
-    assert isinstance(end.value.code, int)
-    return (end.value.code, *capsys.readouterr())
-
-
 @pytest.fixture
 def placed(monkeypatch, tmp_path):
     """A place and route that takes no time, and what it was asked."""
@@ -85,7 +75,7 @@ def test_throughput_is_clock_over_cycles():
     }
 
 
-def test_the_command_prints_writes_and_keeps(placed, tmp_path, monkeypatch, capsys):
+def test_the_command_prints_writes_and_keeps(placed, run, tmp_path):
     files = [tmp_path / name for name in ("t.json", "u.json", "r.json")]
     files[1].write_text(json.dumps({"cycles_per_triangle": 2.5, "triangles": 5}))
     files[2].write_text(json.dumps({"cycles_per_ray": 8}))
@@ -93,7 +83,7 @@ def test_the_command_prints_writes_and_keeps(placed, tmp_path, monkeypatch, caps
         x for pair in zip(("--json", "--update", "--render"), files, strict=True) for x in pair
     ]
     for _ in range(2):
-        code, out, _ = run(monkeypatch, capsys, "-c", "tiny", "--unit", "update", *given)
+        code, out, _ = run("bkd-fpga", "timing", "-c", "tiny", "--unit", "update", *given)
         assert code == 0 and max(map(len, out.split("\n"))) <= 80
     assert placed == [1]
     assert all(
@@ -102,7 +92,7 @@ def test_the_command_prints_writes_and_keeps(placed, tmp_path, monkeypatch, caps
     figures = json.loads(files[0].read_text())
     assert (figures["unit"], figures["seed"], figures["path"]) == ("update", 1, PATH)
     assert figures["throughput"]["rays_per_second"] == 91.5e6 / 8
-    run(monkeypatch, capsys, "-c", "tiny", "--unit", "update", "--seed", 2)
+    run("bkd-fpga", "timing", "-c", "tiny", "--unit", "update", "--seed", 2)
     assert placed == [1, 2]
 
 
@@ -125,8 +115,8 @@ def test_a_unit_is_placed(monkeypatch, tmp_path):
         (["--render", __file__], ["cycles_per_ray", "bkd-sim render"]),
     ],
 )
-def test_bad_input_is_one_line(arguments, words, placed, monkeypatch, capsys):
-    code, out, err = run(monkeypatch, capsys, *arguments)
+def test_bad_input_is_one_line(arguments, words, placed, run):
+    code, out, err = run("bkd-fpga", "timing", *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1) and not placed
     assert err.startswith("bkd-fpga: ") and all(word in err for word in words)
 

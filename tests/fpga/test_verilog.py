@@ -18,15 +18,6 @@ from sim.cosim.verilate import PortsOnlyVerilator
 PORTS = ["clk", "rst", "s_axi_awaddr", "m_axi_awaddr", "m_axi_arlen", "m_axi_rdata", "irq"]
 
 
-def run(monkeypatch, capsys, *arguments) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of a command."""
-    monkeypatch.setattr(sys, "argv", ["bkd-fpga", "verilog", *map(str, arguments)])
-    with pytest.raises(SystemExit) as end:
-        cli.main()
-    assert isinstance(end.value.code, int)
-    return (end.value.code, *capsys.readouterr())
-
-
 @pytest.fixture(scope="module")
 def files(tmp_path_factory) -> dict[str, str]:
     """The files of `tiny`, by suffix; written by a process of its own."""
@@ -119,11 +110,11 @@ def test_the_register_map_and_the_core_name_all(files):
         (["-c", "banks"], ["banks", "caches"]),
     ],
 )
-def test_bad_input_is_one_line(arguments, words, monkeypatch, capsys, tmp_path):
+def test_bad_input_is_one_line(arguments, words, run, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     if "banks" in arguments:
         monkeypatch.setitem(CONFIGS, "banks", Config(cache_words=0))
-    code, out, err = run(monkeypatch, capsys, *arguments)
+    code, out, err = run("bkd-fpga", "verilog", *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert err.startswith("bkd-fpga: ") and all(word in err for word in words)
     assert not list(tmp_path.iterdir()), "nothing half-written"

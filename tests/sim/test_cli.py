@@ -10,20 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from sim.cli import main
-
 FACES = np.array([[0, 1, 2], [0, 2, 3], [3, 2, 1]], np.int32)
 POINTS = np.random.default_rng(1).normal(size=(3, 4, 3))
-
-
-def run(monkeypatch, capsys, *arguments) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of a command."""
-    monkeypatch.setattr(sys, "argv", ["bkd-sim", *map(str, arguments)])
-    with pytest.raises(SystemExit) as end:
-        main()
-    code = end.value.code
-    assert isinstance(code, int)
-    return (code, *capsys.readouterr())
 
 
 def save(folder: Path, faces=FACES, vertices=POINTS) -> Path:
@@ -64,13 +52,13 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_one_line_and_no_file(case, tmp_path, monkeypatch, capsys):
+def test_bad_input_is_one_line_and_no_file(case, run, tmp_path):
     arguments, words = BAD[case]
     arguments = arguments(tmp_path)
     if "--json" not in arguments:
         arguments = [*arguments, "--json", tmp_path / "u.json"]
     before = sorted(tmp_path.iterdir())
-    code, out, err = run(monkeypatch, capsys, "update", *arguments)
+    code, out, err = run("bkd-sim", "update", *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert err.startswith("bkd-sim: ") and all(word in err for word in words), err
     assert sorted(tmp_path.iterdir()) == before
@@ -98,30 +86,30 @@ BAD_RENDER = {
 
 
 @pytest.mark.parametrize("case", BAD_RENDER)
-def test_bad_input_of_render_is_one_line_and_no_file(case, tmp_path, monkeypatch, capsys):
+def test_bad_input_of_render_is_one_line_and_no_file(case, run, tmp_path, monkeypatch):
     arguments, words = BAD_RENDER[case]
     file = save(tmp_path)
     monkeypatch.chdir(tmp_path)
     before = sorted(tmp_path.iterdir())
-    code, out, err = run(monkeypatch, capsys, "render", file, "--json", "r.json", *arguments)
+    code, out, err = run("bkd-sim", "render", file, "--json", "r.json", *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert err.startswith("bkd-sim: ") and all(word in err for word in words), err
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_a_bad_recording_is_one_line(tmp_path, monkeypatch, capsys):
+def test_a_bad_recording_is_one_line(run, tmp_path):
     np.savez(tmp_path / "other.npz", faces=FACES)
     (tmp_path / "cut.npz").write_bytes((tmp_path / "other.npz").read_bytes()[:-9])
     for name in ("none.npz", "other.npz", "cut.npz"):
-        code, _, err = run(monkeypatch, capsys, "replay", tmp_path / name)
+        code, _, err = run("bkd-sim", "replay", tmp_path / name)
         assert (code, err.count("\n")) == (2, 1) and name in err
 
 
-def test_render_and_replay_agree(tmp_path, monkeypatch, capsys):
+def test_render_and_replay_agree(run, tmp_path, monkeypatch):
     file = save(tmp_path)
     monkeypatch.chdir(tmp_path)
     options = ["--frame", "1", "--size", "15x10", "--shadows", "--record", "rays.npz"]
-    code, out, err = run(monkeypatch, capsys, "render", file, *options, "--json", "r.json")
+    code, out, err = run("bkd-sim", "render", file, *options, "--json", "r.json")
     assert (code, err) == (0, "") and max(map(len, out.split("\n"))) <= 80
     result = json.loads(Path("r.json").read_text())
     with Image.open("scene.png") as picture:
@@ -134,7 +122,7 @@ def test_render_and_replay_agree(tmp_path, monkeypatch, capsys):
     assert packets == pytest.approx(8 * 5 + result["shadow_rays"] / 4, rel=0.2)
     assert result["updates"] == 1 and result["update_cycles"] > 0
 
-    code, out, err = run(monkeypatch, capsys, "replay", "rays.npz", "--json", "p.json")
+    code, out, err = run("bkd-sim", "replay", "rays.npz", "--json", "p.json")
     assert (code, err) == (0, "") and max(map(len, out.split("\n"))) <= 80
     replayed = json.loads(Path("p.json").read_text())
     assert replayed["rays"] == result["rays"] and replayed["mismatches"] == 0
@@ -146,22 +134,22 @@ def test_render_and_replay_agree(tmp_path, monkeypatch, capsys):
     hit = int(np.flatnonzero(columns["triangle"] < len(FACES))[0])
     columns["triangle"][hit] = 2**28 - 1
     np.savez("rays.npz", **columns)
-    code, out, _ = run(monkeypatch, capsys, "replay", "rays.npz", "--json", "p.json")
+    code, out, _ = run("bkd-sim", "replay", "rays.npz", "--json", "p.json")
     assert code == 1
     assert json.loads(Path("p.json").read_text())["recorded"]["miss_became_hit"] == 1
 
 
-def test_a_still_scene_needs_no_update(tmp_path, monkeypatch, capsys):
+def test_a_still_scene_needs_no_update(run, tmp_path):
     file = save(tmp_path, vertices=POINTS[:1])
     options = ["--size", "8x8", "--view", "depth", "--out", tmp_path / "a.png"]
     figures = tmp_path / "r.json"
-    code, out, _ = run(monkeypatch, capsys, "render", file, *options, "--json", figures)
+    code, out, _ = run("bkd-sim", "render", file, *options, "--json", figures)
     assert code == 0 and "no vertex has moved" in out
     result = json.loads(figures.read_text())
     assert result["updates"] == result["update_cycles"] == result["update_share"] == 0
 
 
-def test_a_wrong_hit_is_found_and_fails(tmp_path, monkeypatch, capsys):
+def test_a_wrong_hit_is_found_and_fails(run, tmp_path, monkeypatch):
     """The command's check can fail: the model is bent, by one ulp of one t."""
     import sim.report.passes as passes
 
@@ -174,22 +162,22 @@ def test_a_wrong_hit_is_found_and_fails(tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(passes, "trace", bent)
     options = ["--size", "8x8", "--out", tmp_path / "a.png"]
-    code, _, err = run(monkeypatch, capsys, "render", save(tmp_path), *options)
+    code, _, err = run("bkd-sim", "render", save(tmp_path), *options)
     assert code == 1 and "ray 5: t " in err
 
 
-def test_a_truncated_file_is_one_line(tmp_path, monkeypatch, capsys):
+def test_a_truncated_file_is_one_line(run, tmp_path):
     whole = save(tmp_path).read_bytes()
     for size in (0, 10, len(whole) // 2, len(whole) - 10):
         (tmp_path / "cut.npz").write_bytes(whole[:size])
-        code, _, err = run(monkeypatch, capsys, "info", tmp_path / "cut.npz")
+        code, _, err = run("bkd-sim", "info", tmp_path / "cut.npz")
         assert (code, err.count("\n")) == (2, 1) and "cut.npz" in err
 
 
-def test_frames_of_different_topology_are_one_line(tmp_path, monkeypatch, capsys):
+def test_frames_of_different_topology_are_one_line(run, tmp_path):
     obj(tmp_path / "a1.obj", "f 1 2 3\nf 1 3 4\n")
     obj(tmp_path / "a2.obj", "f 1 2 3\nf 1 2 4\n")
-    code, _, err = run(monkeypatch, capsys, "info", tmp_path)
+    code, _, err = run("bkd-sim", "info", tmp_path)
     assert (code, err.count("\n")) == (2, 1) and "a2.obj" in err
 
 
@@ -198,16 +186,16 @@ def test_frames_of_different_topology_are_one_line(tmp_path, monkeypatch, capsys
     [FACES[:1], np.array([[0, 0, 1], [2, 2, 2], [2, 2, 2]]), np.repeat(FACES, 3, axis=0)],
     ids=["one triangle", "degenerate", "duplicate"],
 )
-def test_legal_oddities_work(faces, tmp_path, monkeypatch, capsys):
+def test_legal_oddities_work(faces, run, tmp_path):
     file = save(tmp_path, faces)
     figures = tmp_path / "u.json"
-    assert run(monkeypatch, capsys, "update", file, "--json", figures)[0] == 0
+    assert run("bkd-sim", "update", file, "--json", figures)[0] == 0
     result = json.loads(figures.read_text())
     assert result["mismatches"] == 0 and result["triangles"] == len(faces)
     assert result["frames"] == [0, 1, 2]
 
 
-def test_a_wrong_bound_is_found_and_fails(tmp_path, monkeypatch, capsys):
+def test_a_wrong_bound_is_found_and_fails(run, tmp_path, monkeypatch):
     """The command's check can fail: the model is bent, by one ulp of one bound."""
     import sim.report.update as report
 
@@ -219,18 +207,18 @@ def test_a_wrong_bound_is_found_and_fails(tmp_path, monkeypatch, capsys):
         return bounds
 
     monkeypatch.setattr(report, "refit", bent)
-    code, out, err = run(monkeypatch, capsys, "update", save(tmp_path), "--frames", "1")
+    code, out, err = run("bkd-sim", "update", save(tmp_path), "--frames", "1")
     assert code == 1
     assert "frame 1, node 1, right lo" in err and "1 ulp" in err
 
 
-def test_info_and_disasm_agree(tmp_path, monkeypatch, capsys):
+def test_info_and_disasm_agree(run, tmp_path):
     file = save(tmp_path)
     figures = tmp_path / "i.json"
-    code, out, _ = run(monkeypatch, capsys, "info", file, "--json", figures)
+    code, out, _ = run("bkd-sim", "info", file, "--json", figures)
     assert code == 0 and max(map(len, out.split("\n"))) <= 80
     count = json.loads(figures.read_text())["instructions"]
-    code, out, _ = run(monkeypatch, capsys, "disasm", file)
+    code, out, _ = run("bkd-sim", "disasm", file)
     assert code == 0
     assert {name: out.count(name) for name in count} == count
     assert count["MERGE3"] == 3 and count["MERGE2"] == 2 and count["LOAD"] == 4
@@ -248,11 +236,11 @@ def test_as_a_module_from_another_folder_into_a_pipe(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["elephant.npz", "walker:80000"])
-def test_the_main_job_at_full_size(scene, scene_file, tmp_path, monkeypatch, capsys):
+def test_the_main_job_at_full_size(scene, run, scene_file, tmp_path):
     file = scene_file(scene) if scene.endswith(".npz") else scene
     frames = [] if scene.endswith(".npz") else ["--frames", "0:3"]
     figures = tmp_path / "u.json"
-    code, out, _ = run(monkeypatch, capsys, "update", file, *frames, "--json", figures)
+    code, out, _ = run("bkd-sim", "update", file, *frames, "--json", figures)
     assert code == 0 and max(map(len, out.split("\n"))) <= 80
     result = json.loads(figures.read_text())
     assert result["mismatches"] == 0
@@ -269,10 +257,10 @@ def test_the_main_job_at_full_size(scene, scene_file, tmp_path, monkeypatch, cap
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("memory", "most"), [("dram", 12.0), ("banks", 10.0)])
-def test_a_frame_at_full_size(memory, most, scene_file, tmp_path, monkeypatch, capsys):
+def test_a_frame_at_full_size(memory, most, run, scene_file, tmp_path):
     file, figures = scene_file("elephant.npz"), tmp_path / "r.json"
     options = ["--frame", "20", "--memory", memory, "--out", tmp_path / "e.png"]
-    code, out, _ = run(monkeypatch, capsys, "render", file, *options, "--json", figures)
+    code, out, _ = run("bkd-sim", "render", file, *options, "--json", figures)
     assert code == 0 and max(map(len, out.split("\n"))) <= 80
     result = json.loads(figures.read_text())
     assert result["rays"] == 512 * 386
