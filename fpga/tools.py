@@ -12,7 +12,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from filelock import FileLock
-from platformdirs import user_cache_path
+
+from sim.files import cache_folder, write_json
 
 YOSYS = "import sys; from pyosys import libyosys; libyosys.run_pass('script ' + sys.argv[1])"
 
@@ -41,14 +42,11 @@ def version(package: str) -> str:
 def kept(kind: str, inputs: Sequence[str], make: Callable[[], dict]) -> dict:
     """What `make` gives for these inputs: made once, and kept in the user's cache as JSON."""
     key = hashlib.sha256("\0".join(inputs).encode()).hexdigest()[:24]
-    folder = Path(os.environ.get("BKDTREE_CACHE", user_cache_path("bkdtree")))
-    folder.mkdir(parents=True, exist_ok=True)
-    file = folder / f"{kind}-{key}.json"
+    file = cache_folder() / f"{kind}-{key}.json"
+    file.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(file.with_suffix(".lock")):
         if not file.exists():
-            new = file.with_suffix(f".{os.getpid()}")
-            new.write_text(json.dumps(make()))
-            new.replace(file)
+            write_json(file, make())
     return json.loads(file.read_text())
 
 

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and where what is made once is kept."""
 
 import json
 import os
@@ -7,7 +7,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from platformdirs import user_cache_path
+
 from sim.errors import InputError
+
+
+def cache_folder() -> Path:
+    """Where builds and results are kept: $BKDTREE_CACHE, or the user's cache folder."""
+    return Path(os.environ.get("BKDTREE_CACHE", user_cache_path("bkdtree")))
 
 
 def check_writable(*files: Path | None):

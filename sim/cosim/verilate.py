@@ -16,9 +16,9 @@ from amaranth.back import verilog
 from cocotb_tools import runner
 from cocotb_tools.check_results import get_results
 from filelock import FileLock
-from platformdirs import user_cache_path
 
 import hdl
+from sim.files import cache_folder, written_whole
 
 TOP = "dut"
 WAVES = "waves.fst"
@@ -83,12 +83,6 @@ def _flags(work: Path, waves: bool) -> list[str]:
     return [*FLAGS, "--trace-fst", "-CFLAGS", f"-I{STORED}", "-LDFLAGS", f"-L{work}"]
 
 
-def cache_folder() -> Path:
-    """Where builds are kept: $BKDTREE_CACHE, or the user's cache folder."""
-    default = user_cache_path("bkdtree")
-    return Path(os.environ.get("BKDTREE_CACHE", default))
-
-
 def build(
     component, *, sources: Sequence[Path] = (), waves: bool = False, identity: str | None = None
 ) -> Path:
@@ -118,9 +112,8 @@ def build(
         )
     folder = build_text([text, *beside], waves=waves)
     if known:
-        new = known.with_suffix(f".{os.getpid()}")  # whole, whoever reads it meanwhile
-        new.write_text(folder.name)
-        new.replace(known)
+        with written_whole(known) as temporary:  # whoever reads it meanwhile
+            temporary.write_text(folder.name)
     return folder
 
 
