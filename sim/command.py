@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import re
 import sys
 from types import ModuleType
 
@@ -27,6 +28,14 @@ def parser(prog: str, description: str, commands: dict[str, ModuleType]) -> Pars
         command.arguments(sub)
         sub.set_defaults(run=command.run)
     return top
+
+
+def size_of(text: str, example: str) -> tuple[int, int]:
+    """Width and height of an option --size WxH."""
+    match = re.fullmatch(r"(\d+)x(\d+)", text)
+    if not match or not int(match[1]) * int(match[2]):
+        raise InputError(f"--size {text}: give pixels, at least 1 each way, as in {example}")
+    return int(match[1]), int(match[2])
 
 
 def run(parser: Parser, *failures: type[Exception]):

@@ -1,6 +1,5 @@
 """`bkd-fpga build`."""
 
-import re
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -16,12 +15,13 @@ from fpga.build import Result, build
 from fpga.content import show
 from fpga.project import BITSTREAM, project
 from fpga.tools import BuildError
-from sim.command import Parser
+from sim.command import Parser, size_of
 from sim.console import print_tables
 from sim.errors import InputError
 from sim.files import check_writable, write_json
 
 EXAMPLE = "build ulx3s --scene walker:2000"
+SIZE = "112x84"
 
 
 def arguments(parser: Parser):
@@ -30,7 +30,7 @@ def arguments(parser: Parser):
     add("board", metavar="BOARD", choices=BOARDS, help="%(choices)s")
     add("--scene", default="walker:2000", help="as for bkd-sim render; %(default)s")
     add("--frame", metavar="N", type=int, default=8, help="of the scene; %(default)s")
-    add("--size", metavar="WxH", default="112x84", help="in pixels; %(default)s")
+    add("--size", metavar="WxH", default=SIZE, help="in pixels; %(default)s")
     add("--pins", metavar="FILE", type=Path, help="TOML: pins, for a board that needs it")
     add("--seed", metavar="N", type=int, default=1, help="of nextpnr's placer; %(default)s")
     add("-o", "--out", metavar="DIR", type=Path, help="folder of the project; build/BOARD")
@@ -50,7 +50,8 @@ def run(options) -> int:
     pins = read_pins(options.pins, board.needs) if options.pins else {}
     missing = [name for name in board.needs if name not in pins]
     with Console(stderr=True).status("") as status:
-        shown = show(board, options.scene, options.frame, _size(options.size), status.update)
+        size = size_of(options.size, SIZE)
+        shown = show(board, options.scene, options.frame, size, status.update)
         status.update("writing the project")
         made = project(board, shown.content, pins, options.seed)
         if options.dry_run or missing:
@@ -94,10 +95,3 @@ def _table(board: Board, scene: str, result: Result, folder: Path) -> Table:
         shown.add_row(name, f"{used:,} of {there:,}: {used / there:.0%}")
     shown.add_row("built in", f"{result.seconds / 60:.1f} minutes")
     return shown
-
-
-def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+)x(\d+)", text)
-    if not match or not int(match[1]) * int(match[2]):
-        raise InputError(f"--size {text}: give pixels, at least 1 each way, as in 112x84")
-    return int(match[1]), int(match[2])

@@ -1,6 +1,5 @@
 """`bkd-sim render`."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from sim.cli.parser import (
     scene_arguments,
     scene_of,
 )
-from sim.command import Parser
+from sim.command import Parser, size_of
 from sim.console import conclude, progress
 from sim.errors import InputError
 from sim.files import check_writable
@@ -30,6 +29,7 @@ from sim.scene.camera import Camera, auto, look_at, parse
 from sim.scene.view import FILL
 
 EXAMPLE = "render walker --camera whole --shadows"
+SIZE = "512x386"
 FILLS = {"auto": FILL, "whole": 0.0}
 """Share of the image that the scene fills at least, by the name of the camera."""
 POSES = 8
@@ -43,7 +43,7 @@ def arguments(parser: Parser):
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", metavar="K", help="one frame; that a third of the way")
     frames.add_argument("--frames", metavar="A:B", help="an animation of frames A to B - 1")
-    add("--size", metavar="WxH", default="512x386", help="in pixels; %(default)s")
+    add("--size", metavar="WxH", default=SIZE, help="in pixels; %(default)s")
     text = "auto: it fills the image; whole: all of it; or ex,ey,ez,tx,ty,tz,fov; %(default)s"
     add("--camera", metavar="C", default="auto", help=text)
     add("--view", choices=VIEWS, default="shaded", help="what is shown; %(default)s")
@@ -56,7 +56,7 @@ def arguments(parser: Parser):
 
 def run(options) -> int:
     """Animate, update and cast rays in the Verilog, check every bit, and write a picture."""
-    width, height = _size(options.size)
+    width, height = size_of(options.size, SIZE)
     if options.camera not in FILLS:
         parse(options.camera)
     timing, config = ray_timing_of(options), ray_config_of(options, options.format)
@@ -98,13 +98,6 @@ def run(options) -> int:
             recorder.save(options.record)
     conclude(render_tables(report, out), options.json, report.as_dict(), report.mismatches_shown)
     return 1 if report.model_mismatches else 0
-
-
-def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+)x(\d+)", text)
-    if not match or not int(match[1]) * int(match[2]):
-        raise InputError(f"--size {text}: give pixels, at least 1 each way, as in 512x386")
-    return int(match[1]), int(match[2])
 
 
 def _camera(text: str, prepared: Prepared, frames: range, width: int, height: int) -> Camera:
