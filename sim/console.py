@@ -4,8 +4,10 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
 
 from sim.files import write_json
 
@@ -22,6 +24,24 @@ def progress() -> Progress:
         transient=True,
         disable=not console.is_terminal,
     )
+
+
+def table(title: str, rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> Table:
+    """A table whose first column is names and whose others are figures."""
+    shown = Table(
+        title=title,
+        title_justify="left",
+        box=box.SIMPLE,
+        show_header=bool(header),
+        min_width=min(len(title), 80),
+    )
+    rows = [tuple(row) for row in rows]
+    for column in range(len(rows[0])):
+        name = header[column] if header else ""
+        shown.add_column(name, justify="left" if column == 0 else "right", overflow="fold")
+    for row in rows:
+        shown.add_row(*row)
+    return shown
 
 
 def print_tables(*tables):

@@ -4,7 +4,6 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 
@@ -16,7 +15,7 @@ from fpga.content import show
 from fpga.project import BITSTREAM, project
 from fpga.tools import BuildError
 from sim.command import Parser, size_of
-from sim.console import print_tables
+from sim.console import print_tables, table
 from sim.errors import InputError
 from sim.files import check_writable, write_json
 
@@ -79,19 +78,15 @@ def run(options) -> int:
 
 def _table(board: Board, scene: str, result: Result, folder: Path) -> Table:
     """What was built."""
-    title = f"{board.name}: {scene}, built by {board.tools}"
-    shown = Table(
-        title=title,
-        title_justify="left",
-        box=box.SIMPLE,
-        show_header=False,
-        min_width=min(len(title), 80),
-    )
-    shown.add_row("bitstream", f"{folder / BITSTREAM}")
-    shown.add_row("clock of the core", f"{result.clock_mhz:g} MHz")
     fmax = f"{result.fmax_mhz:.1f} MHz" if result.fmax_mhz else f"see the reports in {folder}"
-    shown.add_row("Fmax", fmax)
-    for name, (used, there) in result.resources.items():
-        shown.add_row(name, f"{used:,} of {there:,}: {used / there:.0%}")
-    shown.add_row("built in", f"{result.seconds / 60:.1f} minutes")
-    return shown
+    rows = [
+        ("bitstream", f"{folder / BITSTREAM}"),
+        ("clock of the core", f"{result.clock_mhz:g} MHz"),
+        ("Fmax", fmax),
+        *(
+            (name, f"{used:,} of {there:,}: {used / there:.0%}")
+            for name, (used, there) in result.resources.items()
+        ),
+        ("built in", f"{result.seconds / 60:.1f} minutes"),
+    ]
+    return table(f"{board.name}: {scene}, built by {board.tools}", rows)

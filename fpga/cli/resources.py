@@ -2,15 +2,13 @@
 
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from fpga.families import FAMILIES, RESOURCES
 from fpga.resources import resources
 from hdl.config import CONFIGS
 from sim.command import Parser
-from sim.console import print_tables
+from sim.console import print_tables, table
 from sim.files import check_writable, write_json
 
 EXAMPLE = "resources -c full --family xc4v"
@@ -33,24 +31,20 @@ def run(options) -> int:
     with console.status("") as status:
         units = resources(CONFIGS[options.config], options.family, status.update)
     family = FAMILIES[options.family]
-    table = Table(
-        title=f"{options.config} on {family.device}, LUTs of {family.lut_inputs} inputs",
-        title_justify="left",
-        box=box.SIMPLE,
+    shown = table(
+        f"{options.config} on {family.device}, LUTs of {family.lut_inputs} inputs",
+        (
+            ("  " * unit.count(".") + unit.split(".")[-1], *(f"{counts[r]:,}" for r in RESOURCES))
+            for unit, counts in units.items()
+            if unit.count(".") <= DEPTH
+        ),
+        header=("", *RESOURCES),
     )
-    table.add_column("")
-    for name in RESOURCES:
-        table.add_column(name, justify="right")
-    for unit, counts in units.items():
-        if unit.count(".") <= DEPTH:
-            indent = "  " * unit.count(".")
-            name = f"{indent}{unit.split('.')[-1]}"
-            table.add_row(name, *(f"{counts[resource]:,}" for resource in RESOURCES))
     has, whole = family.device_has, units["core"]
-    table.add_section()
-    table.add_row("the device has", *(f"{has[r]:,}" for r in RESOURCES))
-    table.add_row("the core takes", *(f"{whole[r] / has[r]:.0%}" for r in RESOURCES))
-    print_tables(table)
+    shown.add_section()
+    shown.add_row("the device has", *(f"{has[r]:,}" for r in RESOURCES))
+    shown.add_row("the core takes", *(f"{whole[r] / has[r]:.0%}" for r in RESOURCES))
+    print_tables(shown)
     figures = {"config": options.config, "family": options.family, "device": family.device}
     write_json(options.json, figures | {"device_has": has, "units": units})
     return 0 if all(whole[r] <= has[r] for r in RESOURCES) else 1

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 
@@ -10,7 +9,7 @@ from fpga.throughput import BOARD_2006, figures_of, throughput
 from fpga.timing import AIM, DEVICE, GRADE, UNITS, timing
 from hdl.config import CONFIGS
 from sim.command import Parser
-from sim.console import print_tables
+from sim.console import print_tables, table
 from sim.files import check_writable, write_json
 
 EXAMPLE = "timing -c full --unit update"
@@ -54,38 +53,31 @@ def run(options) -> int:
     return 0
 
 
-def _table(title: str, *columns: str) -> Table:
-    table = Table(title=title, title_justify="left", box=box.SIMPLE)
-    for k, column in enumerate(columns):
-        table.add_column(column, justify="right" if k else "left", overflow="fold")
-    return table
-
-
 def _summary(name: str, found: dict, seed: int) -> Table:
-    table = _table(f"{name} alone on an {DEVICE}, speed grade {GRADE}, seed {seed}", "", "")
-    table.add_row("clock", f"{found['fmax_mhz']:.1f} MHz")
+    rows = [("clock", f"{found['fmax_mhz']:.1f} MHz")]
     for cell, (used, there) in found["resources"].items():
-        table.add_row(cell, f"{used:,} of {there:,}, {used / there:.0%}")
-    return table
+        rows.append((cell, f"{used:,} of {there:,}, {used / there:.0%}"))
+    return table(f"{name} alone on an {DEVICE}, speed grade {GRADE}, seed {seed}", rows)
 
 
 def _path(points: list[dict]) -> Table:
-    table = _table("The critical path, from register to register", "signal", "logic", "routing")
-    for point in points:
-        table.add_row(point["name"], f"{point['logic_ns']:.2f}", f"{point['routing_ns']:.2f}")
-    table.add_section()
-    sums = (sum(p[key] for p in points) for key in ("logic_ns", "routing_ns"))
-    table.add_row("in all, ns", *(f"{x:.2f}" for x in sums))
-    return table
+    whole = {key: sum(p[key] for p in points) for key in ("logic_ns", "routing_ns")}
+    rows = [
+        (point["name"], f"{point['logic_ns']:.2f}", f"{point['routing_ns']:.2f}")
+        for point in [*points, {"name": "in all, ns", **whole}]
+    ]
+    title = "The critical path, from register to register"
+    return table(title, rows, header=("signal", "logic", "routing"))
 
 
 def _rates(mhz: float, rates: dict[str, float]) -> Table:
-    table = _table(f"At {mhz:.1f} MHz, the clock of an ECP5", "", "here", "the 2006 board")
+    rows = []
     for key, rate in rates.items():
         there = BOARD_2006.get(key, ())
         shown = " to ".join(map(_number, there if isinstance(there, tuple) else (there,)))
-        table.add_row(TITLES[key], _number(rate), shown)
-    return table
+        rows.append((TITLES[key], _number(rate), shown))
+    title = f"At {mhz:.1f} MHz, the clock of an ECP5"
+    return table(title, rows, header=("", "here", "the 2006 board"))
 
 
 def _number(x: float) -> str:

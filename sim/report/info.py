@@ -5,8 +5,8 @@ from rich.table import Table
 
 from hdl.isa import LAYOUTS, Opcode
 from sim.compiler import fields
+from sim.console import table
 from sim.prepare import Prepared
-from sim.report.tables import table
 from sim.tree.cost import cost, refit
 from sim.tree.shape import depth
 

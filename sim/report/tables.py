@@ -1,32 +1,13 @@
 """Reports as tables of at most 80 columns."""
 
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from rich import box
 from rich.table import Table
 
+from sim.console import table
 from sim.report.render import RenderReport
 from sim.report.replay import ReplayReport
 from sim.report.update import UpdateReport
-
-
-def table(title: str, rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> Table:
-    """A table whose first column is names and whose others are figures."""
-    shown = Table(
-        title=title,
-        title_justify="left",
-        box=box.SIMPLE,
-        show_header=bool(header),
-        min_width=min(len(title), 80),
-    )
-    rows = [tuple(row) for row in rows]
-    for column in range(len(rows[0])):
-        name = header[column] if header else ""
-        shown.add_column(name, justify="left" if column == 0 else "right", overflow="fold")
-    for row in rows:
-        shown.add_row(*row)
-    return shown
 
 
 def update_tables(report: UpdateReport) -> list[Table]:
