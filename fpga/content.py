@@ -9,7 +9,7 @@ from fpga.boards.board import Board
 from hdl.board import Content
 from hdl.core import frame_job
 from hdl.rays.packet import RAYS
-from sim.compiler.rays import View, check_image, image_fields
+from sim.compiler.rays import View, check_image, image_fields, scene_fields
 from sim.errors import InputError
 from sim.prepare import Prepared, prepare, view_of
 from sim.scene.camera import auto
@@ -77,12 +77,7 @@ def show(
         "program": {"address": 0, "length": len(image.instructions)},
         "casts": 1,
         "cast": {
-            "scene": {
-                "vertices": image.vertices_at,
-                "triangles": image.triangles_at,
-                "nodes": image.nodes_at,
-                "root": image.nodes - 1,
-            },
+            "scene": scene_fields(image),
             "hits": image.size,
             "camera": 1,
             "image": image_fields(config, view),

@@ -1,4 +1,4 @@
-"""Cameras as fields of a job, rays and hits as memory words."""
+"""Scenes and cameras as fields of a job, rays and hits as memory words."""
 
 from dataclasses import dataclass
 
@@ -9,6 +9,7 @@ from hdl.fp.format import F24, FloatFormat
 from hdl.rays.packet import hit, pixel_bits, ray_word
 from hdl.records import vertex, word_bits
 from sim.compiler import fields
+from sim.compiler.image import Image
 from sim.errors import InputError
 
 HIT_FIELDS = tuple(name for name, _ in hit(F24))
@@ -55,6 +56,16 @@ def check_image(fmt: FloatFormat, width: int, height: int):
             f"an image of {width} x {height} pixels: with format {fmt} the camera counts 1 to "
             f"{most} columns and rows"
         )
+
+
+def scene_fields(image: Image) -> dict:
+    """Where the rays of a job find a scene whose image lies at word 0."""
+    return {
+        "vertices": image.vertices_at,
+        "triangles": image.triangles_at,
+        "nodes": image.nodes_at,
+        "root": image.nodes - 1,
+    }
 
 
 def image_fields(config: Config, view: View) -> dict:

@@ -8,7 +8,7 @@ import numpy as np
 
 from hdl.core import Core
 from hdl.rays.packet import RAYS
-from sim.compiler.rays import View, hits_of, image_fields, ray_words
+from sim.compiler.rays import View, hits_of, image_fields, ray_words, scene_fields
 from sim.cosim.machine import Machine, Timing
 from sim.errors import InputError
 from sim.model.rays.camera import Rays
@@ -111,7 +111,7 @@ class Stage:
         job = {
             "program": {"address": 0, "length": length},
             "casts": 0,
-            "cast": {"scene": self._scene()},
+            "cast": {"scene": scene_fields(image)},
         }
         return self.machine.run(job, self.machine.slowest_update(length))
 
@@ -138,7 +138,7 @@ class Stage:
         job = {
             "program": {"length": 0},
             "casts": 1,
-            "cast": {"scene": self._scene(), "hits": self._hits_at, **fields},
+            "cast": {"scene": scene_fields(self.prepared.image), "hits": self._hits_at, **fields},
         }
         counters = self.machine.run(
             job,
@@ -147,12 +147,3 @@ class Stage:
         )
         words = self.machine.read(self._hits_at, count)
         return Cast(hits_of(self.prepared.config, words), counters)
-
-    def _scene(self) -> dict:
-        image = self.prepared.image
-        return {
-            "vertices": image.vertices_at,
-            "triangles": image.triangles_at,
-            "nodes": image.nodes_at,
-            "root": image.nodes - 1,
-        }

@@ -10,12 +10,12 @@ from hdl.config import Config
 from hdl.core import frame_job
 from hdl.records import word_bits
 from hdl.registers import Access, registers
-from sim.compiler.rays import HIT_FIELDS, View, hit_words, image_fields, ray_words
-from sim.model.rays.camera import camera
+from sim.compiler.rays import HIT_FIELDS, View, hit_words, image_fields, ray_words, scene_fields
 from sim.model.rays.traversal import trace
 from sim.model.refit import refit
 from sim.prepare import Prepared
 from sim.report.passes import COUNTED
+from sim.report.pixels import camera_rays
 
 
 @dataclass(frozen=True)
@@ -67,19 +67,10 @@ def frames(
     rays_at, hits_at = image.size, image.size + 2 * len(rays[0])
     memory.words[image.nodes_at : image.size] = image.node_words(memory.bounds(poses[0]))
     memory.words[rays_at:hits_at] = ray_words(config, *rays)
-    scene = {
-        "vertices": image.vertices_at,
-        "triangles": image.triangles_at,
-        "nodes": image.nodes_at,
-        "root": image.nodes - 1,
-    }
     program = {"address": 0, "length": len(image.instructions)}
     from_memory = {"camera": 0, "rays": {"address": rays_at, "packets": len(rays[0]) // 4}}
     from_camera = {"camera": 1, "image": image_fields(config, view)}
-    seen = camera(
-        config.fmt, view.origin, view.corner, view.right, view.down,
-        view.width, view.height, view.t_min, view.t_max,
-    )  # fmt: skip
+    seen = camera_rays(config.fmt, view)
     columns = (np.ascontiguousarray(seen.origins), seen.directions, seen.t_min, seen.t_max)
     size = len(memory.words) * word_bits(config.fmt) // 8
     regions = {
@@ -107,7 +98,7 @@ def frames(
         job = {
             "program": program if updates else {"length": 0},
             "casts": bool(casts),
-            "cast": {"scene": scene, "hits": hits_at, **casts},
+            "cast": {"scene": scene_fields(image), "hits": hits_at, **casts},
         }
         values = job_values(config, job)
         runs.append(Run(name, values, before, memory.words.tobytes(), counters, regions))

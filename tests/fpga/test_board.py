@@ -18,9 +18,9 @@ from hdl import board as design
 from hdl.board import Content
 from sim.compiler.rays import HIT_FIELDS, hit_words
 from sim.cosim import verilate
-from sim.model.rays.camera import camera
 from sim.model.rays.traversal import NO_TRIANGLE, trace
 from sim.model.refit import refit
+from sim.report.pixels import camera_rays
 
 BOARD = BOARDS["ulx3s"]
 PINS = Path(__file__).parent / "ulx3s_pins.v"
@@ -37,11 +37,10 @@ def verilog_of(shown: Show, folder: Path) -> str:
 
 def expected(shown: Show) -> np.ndarray:
     """Hit records (n, limbs) of the model: an update from bounds that are zero, and a camera."""
-    prepared, view, fmt = shown.prepared, shown.view, BOARD.config.fmt
+    prepared, fmt = shown.prepared, BOARD.config.fmt
     order = prepared.image.order
     corners = prepared.coordinates(shown.frame)[prepared.leaf_vertices]
-    vectors = view.origin, view.corner, view.right, view.down
-    rays = camera(fmt, *vectors, view.width, view.height, view.t_min, view.t_max)
+    rays = camera_rays(fmt, shown.view)
     columns = (np.ascontiguousarray(rays.origins), rays.directions, rays.t_min, rays.t_max)
     hits = trace(fmt, order, refit(fmt, order, corners), corners, *columns)
     assert 0.1 < (hits.triangle != NO_TRIANGLE).mean() < 0.9
