@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from amaranth import *
 from amaranth.build.plat import TemplatedPlatform
 from amaranth.lib import io
-from amaranth.lib.cdc import FFSynchronizer
+from amaranth.lib.cdc import FFSynchronizer, ResetSynchronizer
 
 from hdl import board as design
 from hdl.config import Config
@@ -29,8 +29,9 @@ class Board:
         is given the pins of a file that a user wrote, which most need none of.
     clock_hz : float
         Of the core.
-    clock : callable
-        Makes the domain `sync` of that clock, in reset until it runs.
+    pll : callable, optional
+        Makes that clock of the oscillator's, and the signal that it has locked; none where the
+        platform's own is that of the core.
     baud : int
     loader : tuple of str
         Arguments of openFPGALoader; empty where it does not know the board.
@@ -49,13 +50,24 @@ class Board:
     words: int
     platform: Callable[[dict], TemplatedPlatform]
     clock_hz: float
-    clock: Callable[[Module, TemplatedPlatform], None]
+    pll: Callable[[Module, Value, Signal], None] | None
     baud: int
     loader: tuple[str, ...]
     tools: str
     pins: str
     needs: tuple[str, ...] = ()
     overrides: dict[str, str] = field(default_factory=dict)
+
+    def clock(self, m: Module, platform: TemplatedPlatform):
+        """Make the domain `sync`, in reset until its clock runs."""
+        if not self.pll:
+            return
+        oscillator = platform.request(platform.default_clk, dir="-")
+        m.submodules.clock_pin = pin = io.Buffer(io.Direction.Input, oscillator)
+        m.domains.sync = ClockDomain("sync")
+        locked = Signal()
+        self.pll(m, pin.i, locked)
+        m.submodules.reset = ResetSynchronizer(~locked)
 
 
 class Top(Elaboratable):

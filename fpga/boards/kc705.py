@@ -2,8 +2,6 @@
 
 from amaranth import *
 from amaranth.build import Attrs, Clock, DiffPairs, Resource
-from amaranth.lib import io
-from amaranth.lib.cdc import ResetSynchronizer
 
 from fpga.boards.board import Board
 from fpga.tools import version
@@ -38,19 +36,15 @@ def platform(_):
     return Platform()
 
 
-def clock(m: Module, platform):
-    """The domain `sync` from the board's 200 MHz by a PLL; in reset until that has locked."""
-    m.submodules.clock_pin = pin = io.Buffer(
-        io.Direction.Input, platform.request("clk200", dir="-")
-    )
-    m.domains.sync = ClockDomain("sync")
-    feedback, slow, locked = Signal(), Signal(), Signal()
+def pll(m: Module, oscillator: Value, locked: Signal):
+    """The clock of the domain `sync` from the board's 200 MHz."""
+    feedback, slow = Signal(), Signal()
     m.submodules.pll = Instance(
         "PLLE2_BASE",
         p_CLKIN1_PERIOD=5.0,
         p_CLKFBOUT_MULT=5,
         p_CLKOUT0_DIVIDE=round(1000 / CLOCK_MHZ),
-        i_CLKIN1=pin.i,
+        i_CLKIN1=oscillator,
         i_CLKFBIN=feedback,
         o_CLKFBOUT=feedback,
         o_CLKOUT0=slow,
@@ -59,7 +53,6 @@ def clock(m: Module, platform):
         i_PWRDWN=C(0, 1),
     )
     m.submodules.global_clock = Instance("BUFG", i_I=slow, o_O=ClockSignal())
-    m.submodules.reset = ResetSynchronizer(~locked)
 
 
 KC705 = Board(
@@ -68,7 +61,7 @@ KC705 = Board(
     words=1 << CONFIG.address_bits,
     platform=platform,
     clock_hz=CLOCK_MHZ * 1e6,
-    clock=clock,
+    pll=pll,
     baud=921_600,  # the most that its USB chip, a CP2103, takes
     loader=("-b", "kc705"),
     tools="Vivado",

@@ -1,8 +1,6 @@
 """ULX3S with an ECP5-85F, built by the open tools of PyPI."""
 
 from amaranth import *
-from amaranth.lib import io
-from amaranth.lib.cdc import ResetSynchronizer
 
 from fpga.boards.board import Board
 from fpga.tools import version
@@ -23,14 +21,11 @@ def platform(_):
     return ULX3S_85F_Platform()
 
 
-def clock(m: Module, platform):
-    """The domain `sync` from the oscillator by a PLL; in reset until that has locked."""
+def pll(m: Module, oscillator: Value, locked: Signal):
+    """The clock of the domain `sync` from the oscillator's."""
     divide = 1 if CLOCK_MHZ % OSCILLATOR_MHZ == 0 else 2
     multiply = round(divide * CLOCK_MHZ / OSCILLATOR_MHZ)
     output = round(VCO_MHZ / CLOCK_MHZ)
-    m.submodules.clock_pin = pin = io.Buffer(io.Direction.Input, platform.request("clk25", dir="-"))
-    m.domains.sync = ClockDomain("sync")
-    locked = Signal()
     m.submodules.pll = Instance(
         "EHXPLLL",
         a_FREQUENCY_PIN_CLKI=str(OSCILLATOR_MHZ),
@@ -44,14 +39,13 @@ def clock(m: Module, platform):
         p_CLKOP_FPHASE=0,
         p_CLKOP_ENABLE="ENABLED",
         p_FEEDBK_PATH="CLKOP",
-        i_CLKI=pin.i,
+        i_CLKI=oscillator,
         i_CLKFB=ClockSignal(),
         o_CLKOP=ClockSignal(),
         o_LOCK=locked,
         **{f"i_{name}": C(0, 1) for name in ("RST", "STDBY", "PLLWAKESYNC", "ENCLKOP")},
         **{f"i_PHASE{name}": C(0, 1) for name in ("SEL0", "SEL1", "DIR", "STEP", "LOADREG")},
     )
-    m.submodules.reset = ResetSynchronizer(~locked)
 
 
 ULX3S = Board(
@@ -60,7 +54,7 @@ ULX3S = Board(
     words=1 << CONFIG.address_bits,
     platform=platform,
     clock_hz=CLOCK_MHZ * 1e6,
-    clock=clock,
+    pll=pll,
     baud=3_000_000,  # the most that its USB chip, an FT231X, takes
     loader=("-b", "ulx3s"),
     tools="Yosys and nextpnr",
