@@ -85,7 +85,7 @@ def project(board: Board, content: Content, pins: dict[str, str], seed: int = 1)
         Of the placer, where that is nextpnr.
     """
     options = {
-        # router1, its default, does not come to an end on a device this full
+        # router1, its default, takes far longer on a device this full
         "nextpnr_opts": f"--seed {seed} --router router2 --timing-allow-fail --report {REPORT}",
         **board.overrides,
     }
