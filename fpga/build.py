@@ -8,6 +8,7 @@ from time import perf_counter
 
 from fpga.boards.board import Board
 from fpga.project import BITSTREAM, REPORT, Project
+from fpga.report import fmax_mhz, placed
 from fpga.tools import BuildError, open_command, run_tool, version
 from sim.files import write_json
 
@@ -48,7 +49,7 @@ class Result:
     digest: str
     clock_mhz: float
     fmax_mhz: float | None
-    resources: dict[str, tuple[int, int]]
+    resources: dict[str, list[int]]
     seconds: float
 
     @property
@@ -89,9 +90,13 @@ def build(
         step(DOES.get(tool, tool))
         command = open_command(tool) if open_tools else [tool]
         run_tool([*command, *arguments], folder, tool)
-    fmax, resources = _report(folder / REPORT) if open_tools else (None, {})
+    fmax, counts = None, {}
+    if open_tools:
+        report = json.loads((folder / REPORT).read_text())
+        fmax, cells = fmax_mhz(report), placed(report)
+        counts = {name: cells[cell] for cell, name in RESOURCES.items()}
     seconds = perf_counter() - begin
-    result = Result(digest, board.clock_hz / 1e6, fmax, resources, seconds)
+    result = Result(digest, board.clock_hz / 1e6, fmax, counts, seconds)
     write_json(folder / RESULT, asdict(result))
     return result
 
@@ -105,15 +110,3 @@ def earlier(folder: Path) -> Result | None:
         return Result(**json.loads(file.read_text()))
     except (ValueError, TypeError):  # of another version
         return None
-
-
-def _report(file: Path) -> tuple[float | None, dict[str, tuple[int, int]]]:
-    """Fmax in MHz of the clock that is nearest to its limit, and resources, as nextpnr says."""
-    said = json.loads(file.read_text())
-    clocks = said["fmax"].values()
-    slowest = min(clocks, key=lambda clock: clock["achieved"] / clock["constraint"], default=None)
-    counts = said["utilization"]
-    resources = {
-        name: (counts[cell]["used"], counts[cell]["available"]) for cell, name in RESOURCES.items()
-    }
-    return slowest and slowest["achieved"], resources

@@ -1,16 +1,15 @@
 """How fast a unit is on an ECP5, as placed and routed."""
 
 import json
-import re
 import tempfile
 from collections.abc import Callable
-from itertools import groupby
 from pathlib import Path
 
 from amaranth.back import verilog
 
 from fpga.families import FAMILIES
 from fpga.pinned import Pinned
+from fpga.report import critical_path, fmax_mhz, placed
 from fpga.tools import kept, open_command, run_tool, run_yosys, version
 from hdl.config import Config
 from hdl.core import Core
@@ -44,9 +43,6 @@ PLACE = (
     " --router router1 --placer-heap-timingweight 40"
 )
 """A weight of 10, the default, or the other router cost the update processor 10 to 25 MHz."""
-
-CELL = re.compile(r"_(TRELLIS_FF|LUT4|PFUMX|L6MUX21|CCU2C|D[IO][AB]?\d*|MULT18X18D)(_.*)?$")
-"""What Yosys adds to the name of a signal, for the cell that drives it."""
 
 
 def timing(
@@ -96,27 +92,8 @@ def _place(text: str, seed: int, step: Callable[[str], None]) -> dict:
 
 def summary(report: dict) -> dict:
     """Fmax, resources and critical path of nextpnr's report."""
-    (clock,) = report["fmax"].values()
-    paths = [p["path"] for p in report["critical_paths"] if p["from"] == p["to"]]
-    counts = report["utilization"]
     return {
-        "fmax_mhz": clock["achieved"],
-        "resources": {k: [v["used"], v["available"]] for k, v in counts.items() if v["used"]},
-        "path": _path(paths[0]) if paths else [],
+        "fmax_mhz": fmax_mhz(report),
+        "resources": {cell: counts for cell, counts in placed(report).items() if counts[0]},
+        "path": critical_path(report),
     }
-
-
-def _path(points: list[dict]) -> list[dict]:
-    """Points of a path by the signal that they lead to; the cells of one signal are one."""
-    found = []
-    for name, cells in groupby(points, key=lambda point: _signal(point["to"]["cell"])):
-        cells = list(cells)
-        routing = sum(cell["delay"] for cell in cells if cell["type"] == "routing")
-        whole = sum(cell["delay"] for cell in cells)
-        found.append({"name": name, "logic_ns": whole - routing, "routing_ns": routing})
-    return found
-
-
-def _signal(cell: str) -> str:
-    """The signal of ours that a cell drives, below the unit."""
-    return CELL.sub("", cell.removeprefix("unit.")).replace("$", "")
