@@ -4,6 +4,9 @@ from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+BLOCK_RAM = {"ram_style": "block"}
+"""For synthesis: in block RAM although shallow, where LUTs are scarcer. It answers late."""
+
 
 class Banks(wiring.Component):
     """A memory with two writers: a bank for each, and for each row which bank is newer.
@@ -17,6 +20,8 @@ class Banks(wiring.Component):
     shape
         Of a row.
     rows : int
+    attrs : dict, optional
+        Of the memories, for synthesis.
 
     Members
     -------
@@ -29,8 +34,8 @@ class Banks(wiring.Component):
     row: Signal
     value: data.View | Signal
 
-    def __init__(self, shape, rows: int):
-        self.shape, self.rows = shape, rows
+    def __init__(self, shape, rows: int, attrs: dict | None = None):
+        self.shape, self.rows, self.attrs = shape, rows, attrs
         write = data.StructLayout({"row": range(rows), "value": shape})
         super().__init__({
             "i": In(stream.Signature(write, always_ready=True)).array(2),
@@ -45,7 +50,7 @@ class Banks(wiring.Component):
         chosen = Signal(reset_less=True)
         m.d.sync += chosen.eq(newer.bit_select(self.row, 1))
         for index, write in enumerate(self.i):
-            bank = memory.Memory(shape=self.shape, depth=self.rows, init=[])
+            bank = memory.Memory(shape=self.shape, depth=self.rows, init=[], attrs=self.attrs)
             m.submodules[f"bank_{index}"] = bank
             to, of = bank.write_port(), bank.read_port()
             m.d.comb += [

@@ -10,7 +10,8 @@ from hdl.config import Config
 from hdl.fp.add import Add
 from hdl.fp.format import FloatFormat
 from hdl.fp.mul import Mul
-from hdl.rays.delay import Pipeline
+from hdl.rays.axes import pick, vector
+from hdl.rays.delay import Pipeline, Timed
 from hdl.rays.packet import AXES, RAYS, pixel_bits
 from hdl.rays.setup import setup_ray
 from hdl.stream import Landing
@@ -34,11 +35,11 @@ def image(config: Config) -> data.StructLayout:
 
 
 class Camera(wiring.Component):
-    """Gives the rays of an image: one a cycle after `latency` cycles.
+    """Gives the rays of an image: an axis a cycle, a ray in three after `latency` cycles.
 
     The direction at column x, row y is (corner + x * right) + y * down, each operation rounded to
     nearest. Packets go along rows of 2 x 2 pixels, and so do the rays of a packet. Beyond the
-    image t_min is +inf and t_max -inf. 6 multipliers and 6 adders.
+    image t_min is +inf and t_max -inf. 2 multipliers and 2 adders.
 
     Parameters
     ----------
@@ -46,13 +47,13 @@ class Camera(wiring.Component):
 
     Members
     -------
-    i : In(stream of image), taken when its last ray has left the pipeline
+    i : In(stream of image), taken with its last ray
     o : Out(stream of setup_ray), four a packet, in order
     gives : Out(1), in one cycle for each packet, before its last ray comes
     """
 
-    depth = 2 + Mul.latency + 2 * Add.latency
-    latency = depth + Landing.latency
+    last = 2 + Mul.latency + 2 * Add.latency  # cycles from an axis to its direction
+    latency = len(AXES) - 1 + last + Landing.latency
     i: stream.Interface
     o: stream.Interface
     gives: Signal
@@ -68,33 +69,58 @@ class Camera(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        fmt, i = self.config.fmt, self.i.p
-        # Nothing waits in the pipeline: it has more registers than one signal can stop in a cycle.
-        p = Pipeline()
-        m.submodules.pipeline = p.m
-        m.submodules.landed = landed = Landing(self.o.p.shape(), self.depth + Landing.latency + 2)
-        wiring.connect(m, landed.o, wiring.flipped(self.o))
-        o, enters = landed.i, landed.enters
-        all_entered = Signal()
+        fmt, i, o = self.config.fmt, self.i.p, self.o
+        pixel = data.StructLayout({
+            "number": range(RAYS),
+            "beyond": 1,
+            "ends": 1,
+            "direction": records.vertex(fmt),
+        })
+        room = -(-(self.latency + 1) // len(AXES)) + 1
+        m.submodules.landed = landed = Landing(pixel, room)
 
+        # A pixel for one cycle an axis; what is known of it late is used with its last axis.
+        busy, all_entered = Signal(), Signal()
+        axis = Signal(range(len(AXES)))
         number = Signal(range(RAYS))
         column, row = (Signal(len(i.width) - 1, name=name) for name in ("column", "row"))
+        row_ends, image_ends, beyond = (
+            Signal(name=name) for name in ("row_ends", "image_ends", "beyond")
+        )
         x, y = Cat(number[0], column), Cat(number[1], row)
-        row_ends, image_ends = (column + 1) * 2 >= i.width, (row + 1) * 2 >= i.height
-        ends = Signal()
+        done = busy & (axis == len(AXES) - 1)
+        ends = (number == RAYS - 1) & row_ends & image_ends
         m.d.comb += [
-            enters.eq(self.i.valid & ~all_entered & landed.room),
-            self.gives.eq(enters & (number == RAYS - 1)),
-            ends.eq((number == RAYS - 1) & row_ends & image_ends),
+            landed.enters.eq(self.i.valid & landed.room & ~all_entered & (~busy | (done & ~ends))),
+            self.gives.eq(done & (number == RAYS - 1)),
         ]
-        with m.If(enters):
+        m.d.sync += [
+            busy.eq(landed.enters | (busy & ~done)),
+            row_ends.eq((column + 1) * 2 >= i.width),
+            image_ends.eq((row + 1) * 2 >= i.height),
+            beyond.eq((x >= i.width) | (y >= i.height)),
+        ]
+        with m.If(busy):
+            m.d.sync += axis.eq(Mux(done, 0, axis + 1))
+        with m.If(done):
             m.d.sync += [number.eq(number + 1), all_entered.eq(ends)]
         with m.If(self.gives):
             m.d.sync += column.eq(Mux(row_ends, 0, column + 1))
             with m.If(row_ends):
                 m.d.sync += row.eq(Mux(image_ends, 0, row + 1))
 
-        # stages 1 and 2: numbers; then a coordinate each. The image stays as it is meanwhile.
+        # Nothing waits in the pipeline. The image stays as it is meanwhile.
+        p = Pipeline()
+        m.submodules.pipeline = p.m
+        axes = p.input("axis", axis)
+
+        def along(name, cycle):
+            """Of a vector of the image the coordinate whose turn it is in a cycle."""
+            turn = Timed("axis", p.at(axes, cycle - 1), cycle - 1)
+            steady = [p.steady(f"{name}_{a}", i[name][a]) for a in AXES]
+            return p.stage(p.apply(f"{name}_axis", lambda axis, *x: pick(axis, x), turn, *steady))
+
+        # stages 1 and 2: numbers; then a coordinate
         pixel_x, pixel_y = (
             p.stage(
                 p.apply(
@@ -106,32 +132,34 @@ class Camera(wiring.Component):
             )
             for name, value in (("x", x), ("y", y))
         )
-        for a in AXES:
-            corner, right, down = (
-                p.steady(f"{name}_{a}", i[name][a]) for name in ("corner", "right", "down")
-            )
-            along = p.unit(f"along_{a}", Mul(fmt), pixel_x, right)
-            across = p.unit(f"across_{a}", Mul(fmt), pixel_y, down)
-            direction = p.unit(f"in_row_{a}", Add(fmt), corner, along)
-            direction = p.unit(f"direction_{a}", Add(fmt), direction, across)
-            m.d.comb += o.p.ray.direction[a].eq(p.at(direction, self.depth))
+        across = p.unit("across", Mul(fmt), pixel_x, along("right", pixel_x.cycle))
+        downward = p.unit("downward", Mul(fmt), pixel_y, along("down", pixel_y.cycle))
+        in_row = p.unit("in_row", Add(fmt), along("corner", across.cycle), across)
+        direction = p.unit("direction", Add(fmt), in_row, downward)
 
-        beside = {"number": number, "beyond": (x >= i.width) | (y >= i.height), "ends": ends}
-        late = {name: p.at(p.input(name, value), self.depth) for name, value in beside.items()}
-        valid = Signal(self.depth - 1)
-        m.d.sync += Cat(valid, o.valid).eq(Cat(enters, valid))
+        valid = Signal(self.last)
+        m.d.sync += valid.eq(Cat(busy, valid))
+        beside = {"number": number, "beyond": beyond, "ends": ends}
         m.d.comb += [
-            o.p.number.eq(late["number"]),
-            o.p.ray.origin.eq(i.origin),
-            o.p.ray.t_min.eq(i.t_min),
-            o.p.ray.t_max.eq(i.t_max),
-            self.i.ready.eq(o.valid & late["ends"]),
+            landed.i.valid.eq(valid[-1] & (p.at(axes, self.last) == len(AXES) - 1)),
+            *(
+                landed.i.p[name].eq(p.at(p.input(name, value), self.last))
+                for name, value in beside.items()
+            ),
+            *(landed.i.p.direction[a].eq(x) for a, x in vector(p, direction, self.last).items()),
         ]
-        with m.If(late["beyond"]):
-            m.d.comb += [
-                o.p.ray.t_min.eq(fmt.layout.const({"exp": -1})),
-                o.p.ray.t_max.eq(fmt.layout.const({"exp": -1, "sign": 1})),
-            ]
+
+        pixel = landed.o.p
+        m.d.comb += [
+            o.valid.eq(landed.o.valid),
+            landed.o.ready.eq(o.ready),
+            o.p.number.eq(pixel.number),
+            o.p.ray.origin.eq(i.origin),
+            o.p.ray.direction.eq(pixel.direction),
+            o.p.ray.t_min.eq(Mux(pixel.beyond, fmt.layout.const({"exp": -1}), i.t_min)),
+            o.p.ray.t_max.eq(Mux(pixel.beyond, fmt.layout.const({"exp": -1, "sign": 1}), i.t_max)),
+            self.i.ready.eq(o.valid & o.ready & pixel.ends),
+        ]
         with m.If(self.i.ready):
             m.d.sync += all_entered.eq(0)
         return m

@@ -99,6 +99,7 @@ class RayCaster(wiring.Component):
         m.submodules.next_number = next_number = Slice(numbers.o.payload.shape())
         wiring.connect(m, numbers.o, next_number.i)
         wiring.connect(m, next_number.o, setup.i_packets)
+        wiring.connect(m, setup.o_slabs, traversal.i_setup)
         wiring.connect(m, setup.o_rays, tester.i_rays)
         wiring.connect(m, setup.o_starts, traversal.i_start)
         wiring.connect(m, traversal.o_tests, tester.i_tests)
@@ -106,11 +107,6 @@ class RayCaster(wiring.Component):
         wiring.connect(m, traversal.o_done, tester.i_done)
         wiring.connect(m, tester.o_hits, recorder.i)
         wiring.connect(m, recorder.o_free, numbers.i)
-        m.d.comb += [
-            traversal.i_setup.valid.eq(setup.o_slabs.valid),
-            traversal.i_setup.payload.eq(setup.o_slabs.payload),
-            setup.o_slabs.ready.eq(1),
-        ]
 
         # Rays come from one of two.
         giving = Signal()

@@ -39,7 +39,7 @@ class Census(wiring.Component):
     clear : In(1), counters start again
     started, done : In(1), a packet enters the loop, and leaves it for good
     asks_node, has_node, asks_test, has_test : In(1), a packet leaves the loop for a while
-    counters : Out(COUNTERS)
+    counters : Out(COUNTERS), of all but the last cycle
     """
 
     counts: Signal
@@ -85,9 +85,12 @@ class Census(wiring.Component):
         with m.Else():
             m.d.comb += wait.eq(Wait.RAYS)
 
+        # It is known late in its cycle, and counted in the next one.
+        waited, counts = Signal(Wait, reset_less=True), Signal()
+        m.d.sync += [waited.eq(wait), counts.eq(self.counts & ~self.has_node)]
         with m.If(self.clear):
             m.d.sync += self.counters.eq(0)
-        with m.Elif(self.counts & ~self.has_node), m.Switch(wait):
+        with m.Elif(counts), m.Switch(waited):
             for cause in Wait:
                 count = self.counters[cause.name.lower()]
                 with m.Case(cause):

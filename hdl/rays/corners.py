@@ -7,7 +7,8 @@ from amaranth.lib.wiring import In, Out
 from hdl import records
 from hdl.config import Config
 from hdl.isa import NODE_BITS
-from hdl.rays.stack import packet_bits
+from hdl.rays.banks import BLOCK_RAM
+from hdl.rays.packet import packet_bits
 
 CORNERS = ("v0", "v1", "v2")
 RECORD = len(CORNERS)
@@ -38,7 +39,7 @@ class Corners(wiring.Component):
     """Reads a triangle's record and then its vertices, for as many packets as there are.
 
     A triangle takes four words; one word a cycle. A word asks for the next one 2 cycles later; a
-    packet is given the cycle after its last word. One packet has one triangle at most, until it
+    packet is given two cycles after its last word. One packet has one triangle at most, until it
     is given and, after that, its corners read.
 
     Parameters
@@ -95,7 +96,6 @@ class Corners(wiring.Component):
             self.i.ready.eq(tests.w_rdy),
             found.w_en.eq(self.i_words.valid & (word.tag.part == RECORD)),
             found.w_data.eq(Cat(word.tag.packet, word.word)),
-            ready.w_data.eq(word.tag.packet),
             self.o.valid.eq(ready.r_rdy),
             self.o.p.eq(ready.r_data),
             ready.r_en.eq(self.o.ready),
@@ -130,12 +130,14 @@ class Corners(wiring.Component):
         now = Signal(RECORD)
         m.d.comb += [
             now.eq(there[word.tag.packet] | (1 << word.tag.part)),
-            ready.w_en.eq(is_corner & now.all()),
         ]
+        m.d.sync += [ready.w_en.eq(is_corner & now.all()), ready.w_data.eq(word.tag.packet)]
         with m.If(is_corner):
             m.d.sync += there[word.tag.packet].eq(Mux(now.all(), 0, now))
         for index, corner in enumerate(CORNERS):
-            kept = memory.Memory(shape=records.vertex(self.config.fmt), depth=packets, init=[])
+            kept = memory.Memory(
+                shape=records.vertex(self.config.fmt), depth=packets, init=[], attrs=BLOCK_RAM
+            )
             m.submodules[corner] = kept
             write, of = kept.write_port(), kept.read_port()
             m.d.comb += [

@@ -7,13 +7,8 @@ from amaranth.lib.wiring import In, Out
 from hdl.config import Config
 from hdl.fp.order import less
 from hdl.isa import NODE_BITS
-from hdl.rays.packet import NO_TRIANGLE, RAYS, hit
-from hdl.rays.stack import packet_bits, tested
-
-
-def numbered(config: Config, fields: dict) -> data.StructLayout:
-    """Something of one ray of a packet."""
-    return data.StructLayout({"packet": packet_bits(config), "number": range(RAYS), **fields})
+from hdl.rays.packet import NO_TRIANGLE, RAYS, hit, numbered, packet_bits
+from hdl.rays.stack import tested
 
 
 def found(config: Config) -> data.StructLayout:

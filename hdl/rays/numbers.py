@@ -5,7 +5,7 @@ from amaranth.lib import fifo, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.rays.stack import packet_bits
+from hdl.rays.packet import packet_bits
 
 
 class Numbers(wiring.Component):

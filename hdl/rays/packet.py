@@ -1,8 +1,10 @@
 """What is known of a packet of rays, and how its parts are laid out."""
 
 from amaranth.lib import data
+from amaranth.utils import bits_for
 
 from hdl import records
+from hdl.config import Config
 from hdl.fp.format import FloatFormat
 from hdl.isa import NODE_BITS
 
@@ -21,6 +23,16 @@ More than the triangle test's rounding moves a point by (sim.model.rays.setup sa
 that every ray that hits a triangle enters the boxes around it, and the order of traversal never
 changes a hit.
 """
+
+
+def packet_bits(config: Config) -> int:
+    """Bits of the number of a packet under way."""
+    return bits_for(config.packets - 1)
+
+
+def numbered(config: Config, fields: dict) -> data.StructLayout:
+    """Something of one ray of a packet."""
+    return data.StructLayout({"packet": packet_bits(config), "number": range(RAYS), **fields})
 
 
 def pixel_bits(fmt: FloatFormat) -> int:

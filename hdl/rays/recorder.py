@@ -6,15 +6,13 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.memory.port import Port, PortInterface
-from hdl.rays.hits import numbered
-from hdl.rays.packet import RAYS, hit
-from hdl.rays.stack import packet_bits
+from hdl.rays.packet import RAYS, hit, numbered, packet_bits
 
 
 class Recorder(wiring.Component):
     """Writes the hits of packets, a word a ray: those of the first packet, of the second, ...
 
-    One a cycle, each after one cycle.
+    One in two cycles, each after one cycle.
 
     Parameters
     ----------
@@ -70,11 +68,10 @@ class Recorder(wiring.Component):
 
         # A hit waits for a cycle, until it is known where it goes.
         request = self.port.request
-        step = ~request.valid | request.ready
         waiting = Signal.like(self.i.p, reset_less=True)
         m.d.comb += [
-            self.i.ready.eq(step),
-            reads.en.eq(step),
+            self.i.ready.eq(~request.valid),
+            reads.en.eq(self.i.ready),
             reads.addr.eq(self.i.p.packet),
             request.p.address.eq(self.base + Cat(waiting.number, reads.data)),
             request.p.write.eq(1),
@@ -83,6 +80,8 @@ class Recorder(wiring.Component):
             self.o_free.valid.eq(request.valid & request.ready & (waiting.number == RAYS - 1)),
             self.o_free.p.eq(waiting.packet),
         ]
-        with m.If(step):
+        with m.If(self.i.ready):
             m.d.sync += [request.valid.eq(self.i.valid), waiting.eq(self.i.p)]
+        with m.Elif(request.ready):
+            m.d.sync += request.valid.eq(0)
         return m

@@ -1,9 +1,7 @@
 """What of a ray is computed once, before it meets a node."""
 
-from collections.abc import Sequence
-
 from amaranth import *
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
@@ -12,9 +10,10 @@ from hdl.fp.format import FloatFormat, Rounding
 from hdl.fp.mul import Mul
 from hdl.fp.recip import Recip, RecipBounds
 from hdl.rays import step
-from hdl.rays.delay import Pipeline
-from hdl.rays.packet import AXES, MARGIN_ULPS, RAYS, ray, slab_ray
-from hdl.rays.stack import packet_bits, start
+from hdl.rays.axes import pick, turn, vector
+from hdl.rays.delay import Pipeline, Timed
+from hdl.rays.packet import AXES, MARGIN_ULPS, RAYS, packet_bits, ray
+from hdl.rays.stack import start
 from hdl.rays.tester import tester_ray
 from hdl.stream import Landing
 
@@ -25,10 +24,10 @@ def setup_ray(config: Config) -> data.StructLayout:
 
 
 class Setup(wiring.Component):
-    """Prepares the rays of packets for planes and triangles: a ray a cycle, a packet in 5.
+    """Prepares the rays of packets for planes and triangles: an axis a cycle, a ray in three.
 
-    A packet starts when all else that is known of it has been taken, `latency` cycles after its
-    last ray if nothing waits. It has no number before: rays wait here, prepared, until one is free.
+    A packet has a number as soon as its first ray comes. It starts when all else that is known of
+    it has been taken, `latency` cycles after its last ray if nothing waits.
 
     - margin = MARGIN_ULPS half ulps of 1 + the largest |origin|, rounded up twice
     - above, below: origin + margin up, origin - margin down
@@ -36,7 +35,7 @@ class Setup(wiring.Component):
     - z of the sheared space is the axis of the largest |direction|, the first of equal ones
     - shear: z the inverse down, x and y the direction times that, to nearest
 
-    2 multipliers (that of the margin is by a power of two), 7 adders, 3 reciprocals.
+    A multiplier (that of the margin is by a power of two), 3 adders, a reciprocal.
 
     Parameters
     ----------
@@ -45,8 +44,8 @@ class Setup(wiring.Component):
     Members
     -------
     i : In(stream of setup_ray), the four of a packet follow each other, in order
-    i_packets : In(stream of packets) that are free, taken with the last ray
-    o_slabs : Out(stream of step.setup), three a packet
+    i_packets : In(stream of packets) that are free, taken with the first ray
+    o_slabs : Out(stream of step.setup), one for each axis of each ray
     o_rays : Out(stream of tester_ray), four a packet
     o_starts : Out(stream of start)
     """
@@ -59,14 +58,15 @@ class Setup(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        margin = 1 + Add.latency + Mul.latency
-        self.last = max(margin + Add.latency, Recip.latency_of(config.fmt) + 1 + Mul.latency)
-        self.room = self.last + Landing.latency + 2
-        self.latency = self.last + Landing.latency + 4
+        inverse = 1 + Recip.latency_of(config.fmt)
+        # cycles from an axis of a ray to its slab, and from z to the ray
+        self.slab = max(1 + 2 * Add.latency + Mul.latency, inverse)
+        self.last = max(inverse + len(AXES) + Mul.latency, self.slab)
+        self.latency = len(AXES) + self.last + Landing.latency + 1
         super().__init__({
             "i": In(stream.Signature(setup_ray(config))),
             "i_packets": In(stream.Signature(packet_bits(config))),
-            "o_slabs": Out(stream.Signature(step.setup(config))),
+            "o_slabs": Out(stream.Signature(step.setup(config), always_ready=True)),
             "o_rays": Out(stream.Signature(tester_ray(config))),
             "o_starts": Out(stream.Signature(start(config))),
         })
@@ -74,131 +74,121 @@ class Setup(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # Nothing waits in the pipeline: it has more registers than one signal can stop in a cycle.
+        packets, out, slabs, starts = self.i_packets, self.o_rays, self.o_slabs, self.o_starts
+        room = -(-(self.latency + 1) // len(AXES)) + 1
+        m.submodules.landed = landed = Landing(out.p.shape(), room)
+
+        # A ray comes, and stays for one cycle an axis. There is a place for it where it lands, and
+        # a number for its packet: both are known the cycle before.
+        now = Signal.like(self.i.p, reset_less=True)
+        packet = Signal.like(packets.p, reset_less=True)
+        busy, axis, number = Signal(), Signal(range(len(AXES))), Signal(range(RAYS))
+        first, ends = number == 0, axis == len(AXES) - 1
+        m.d.comb += [
+            landed.enters.eq(self.i.valid & self.i.ready),
+            packets.ready.eq(landed.enters & first),
+        ]
+        m.d.sync += [
+            self.i.ready.eq(
+                ~landed.enters & (~busy | (axis != 0)) & landed.room & (~first | packets.valid)
+            ),
+            busy.eq(landed.enters | (busy & ~ends)),
+            number.eq(number + landed.enters),
+        ]
+        with m.If(busy):
+            m.d.sync += axis.eq(Mux(ends, 0, axis + 1))
+        with m.If(landed.enters):
+            m.d.sync += now.eq(self.i.p)
+            with m.If(first):
+                m.d.sync += packet.eq(packets.p)
+
+        # Nothing waits in the pipeline.
         p = Pipeline()
         m.submodules.pipeline = p.m
-        prepared = self._pipeline(p)
-        shapes = {name: value.shape() for name, value in prepared.items()}
-        m.submodules.landed = landed = Landing(data.StructLayout(shapes), self.room)
+        about = {"packet": packet, "number": now.number, "axis": axis}
+        about = {name: p.input(name, value) for name, value in about.items()}
+        self._pipeline(p, now.ray, about, landed.i.p)
         valid = Signal(self.last)
-        m.d.sync += valid.eq(Cat(landed.enters, valid))
+        m.d.sync += valid.eq(Cat(busy, valid))
         m.d.comb += [
-            self.i.ready.eq(landed.room),
-            landed.enters.eq(self.i.valid & landed.room),
-            landed.i.valid.eq(valid[-1]),
-            *(landed.i.p[name].eq(value) for name, value in prepared.items()),
+            slabs.valid.eq(valid[self.slab - 1]),
+            landed.i.valid.eq(valid[-1] & (p.at(about["axis"], self.last) == len(AXES) - 1)),
         ]
 
-        # A ray goes to the tester as it is. Its slabs wait for those of its packet, in two places
-        # in turn, so that those of a packet go while those of the next one come.
-        packets, out, slabs, starts = self.i_packets, self.o_rays, self.o_slabs, self.o_starts
-        ray, ready = landed.o.p, landed.o.valid
-        number, ends = ray.number, ray.number == RAYS - 1
-        take, place, going = Signal(), Signal(), Signal()  # going: slabs, then the start
-        intervals = Signal.like(starts.p.intervals, reset_less=True)
-        axis = Signal(range(3))
-        lanes = data.ArrayLayout(slab_ray(self.config.fmt), RAYS)
-        rows = []
-        for a in AXES:
-            kept = memory.Memory(shape=lanes, depth=2, init=[])
-            m.submodules[f"slabs_{a}"] = kept
-            write, read = kept.write_port(granularity=1), kept.read_port(domain="comb")
-            m.d.comb += [
-                write.en.eq(Cat(take & (number == k) for k in range(RAYS))),
-                write.addr.eq(place),
-                read.addr.eq(~place),
-                *(lane[f].eq(ray[f"{f}_{a}"]) for lane in write.data for f, _ in lane.shape()),
-            ]
-            rows.append(read.data.as_value())
+        # It goes to the tester. With the last ray the packet is complete: it starts before the
+        # next one goes on. Its slabs have gone before.
         m.d.comb += [
-            take.eq(ready & packets.valid & (~out.valid | out.ready) & ~(ends & going)),
-            landed.o.ready.eq(take),
-            packets.ready.eq(take & ends),
-            slabs.p.axis.eq(axis),
-            slabs.p.rays.eq(Array(rows)[axis]),
-            slabs.p.packet.eq(starts.p.packet),
+            out.valid.eq(landed.o.valid & ~starts.valid),
+            out.p.eq(landed.o.p),
+            landed.o.ready.eq(out.ready & ~starts.valid),
         ]
-        with m.If(out.ready):
-            m.d.sync += out.valid.eq(0)
-        with m.If(take):
+        with m.If(starts.ready):
+            m.d.sync += starts.valid.eq(0)
+        with m.If(out.valid & out.ready):
             m.d.sync += [
-                out.valid.eq(1),
-                out.p.packet.eq(packets.p),
-                out.p.number.eq(number),
-                out.p.t_max.eq(ray.t_max),
-                out.p.ray.t_min.eq(ray.t_min),
-                out.p.ray.axis.eq(ray.z),
-                *(out.p.ray.origin[a].eq(ray[f"origin_{a}"]) for a in AXES),
-                *(out.p.ray.shear[a].eq(ray[f"shear_{a}"]) for a in AXES),
-                intervals[number].near.eq(ray.t_min),
-                intervals[number].far.eq(ray.t_max),
-            ]
-
-        # A packet is complete: its slabs go, then it starts, when the tester has its last ray.
-        here = out.valid & (out.p.number == RAYS - 1)
-        m.d.comb += starts.valid.eq(going & ~slabs.valid & ~here)
-        with m.If(slabs.valid & slabs.ready):
-            m.d.sync += axis.eq(Mux(axis == 2, 0, axis + 1))
-            with m.If(axis == 2):
-                m.d.sync += slabs.valid.eq(0)
-        with m.If(starts.valid & starts.ready):
-            m.d.sync += going.eq(0)
-        with m.If(take & ends):
-            last = starts.p.intervals[RAYS - 1]
-            m.d.sync += [
-                place.eq(~place),
-                going.eq(1),
-                slabs.valid.eq(1),
-                starts.p.packet.eq(packets.p),
-                starts.p.intervals.eq(intervals),
-                last.near.eq(ray.t_min),
-                last.far.eq(ray.t_max),
+                starts.valid.eq(out.p.number == RAYS - 1),
+                starts.p.packet.eq(out.p.packet),
+                starts.p.intervals[out.p.number].near.eq(out.p.ray.t_min),
+                starts.p.intervals[out.p.number].far.eq(out.p.t_max),
             ]
         return m
 
-    def _pipeline(self, p: Pipeline) -> dict:
-        """What there is of a ray in its last stage, by name."""
-        fmt, i = self.config.fmt, self.i.p
+    def _pipeline(self, p: Pipeline, ray: data.View, about: dict[str, Timed], out: data.View):
+        """From a ray, an axis a cycle, to slabs, and to what the tester keeps of it."""
+        fmt, slabs, axis = self.config.fmt, self.o_slabs.p, about["axis"]
         mask = (1 << (fmt.bits - 1)) - 1
-        found = {name: p.input(name, i.ray[name]) for name in ("t_min", "t_max")}
-        found["number"] = p.input("number", i.number)
-        found |= {f"origin_{a}": p.input(f"origin_{a}", i.ray.origin[a]) for a in AXES}
-        directions = [p.input(f"direction_{a}", i.ray.direction[a]) for a in AXES]
 
-        # stage 1: the largest of the origin and of the direction
-        largest = pick(largest_axis(i.ray.origin), [i.ray.origin[a] for a in AXES])
+        # stage 1: an axis of the ray, and the largest of its origin and of its direction
+        origin, direction = (
+            p.stage(p.input(name, pick(axis.value, [ray[name][a] for a in AXES])))
+            for name in ("origin", "direction")
+        )
+        largest = pick(largest_axis(ray.origin), [ray.origin[a] for a in AXES])
         largest = p.stage(p.input("largest", largest.as_value() & mask))
-        found["z"] = z = p.stage(p.input("z", largest_axis(i.ray.direction)))
+        z = p.stage(p.input("z", largest_axis(ray.direction)))
 
         margin = scale(fmt, MARGIN_ULPS.bit_length() - 1 - (fmt.man_bits + 1))
         one, factor = p.steady("one", scale(fmt, 0)), p.steady("factor", margin)
         reach = p.unit("reach", Add(fmt, Rounding.UP), largest, one)
         margin = p.unit("margin", Mul(fmt, Rounding.UP), reach, factor)
         minus = p.apply("minus_margin", lambda x: x.as_value() | (1 << (fmt.bits - 1)), margin)
-        for a, direction in zip(AXES, directions, strict=True):
-            origin = found[f"origin_{a}"]
-            inverse = p.unit(f"inverse_{a}", RecipBounds(fmt), direction)
-            found |= {
-                f"above_{a}": p.unit(f"above_{a}", Add(fmt, Rounding.UP), origin, margin),
-                f"below_{a}": p.unit(f"below_{a}", Add(fmt, Rounding.DOWN), origin, minus),
-                f"inverse_down_{a}": p.apply(f"down_{a}", lambda x: x.down, inverse),
-                f"inverse_up_{a}": p.apply(f"up_{a}", lambda x: x.up, inverse),
-                f"negative_{a}": p.apply(f"negative_{a}", lambda x: x.sign, direction),
-            }
+        inverse = p.unit("inverse", RecipBounds(fmt), direction)
+        down = p.apply("down", lambda x: x.down, inverse)
+        slab = {
+            "above": p.unit("above", Add(fmt, Rounding.UP), origin, margin),
+            "below": p.unit("below", Add(fmt, Rounding.DOWN), origin, minus),
+            "inverse_down": down,
+            "inverse_up": p.apply("up", lambda x: x.up, inverse),
+            "negative": p.apply("negative", lambda x: x.sign, direction),
+        }
+        p.m.d.comb += [
+            *(slabs[name].eq(p.at(x, self.slab)) for name, x in about.items()),
+            *(slabs.ray[name].eq(p.at(x, self.slab)) for name, x in slab.items()),
+        ]
 
-        # after the inverses: the shear
-        def along(name, axes, z):
-            """Of three values that of axis z, behind a register."""
-            return p.stage(p.apply(name, lambda z, *x: pick(z, x), z, *axes))
+        # When the inverse on the last axis is there, that on z is kept: for the whole ray, until
+        # that of the next one is known. Each axis waits for it.
+        shear_z = Signal(fmt.layout, reset_less=True)
+        chosen = pick(p.at(z, down.cycle), [*vector(p, down, down.cycle).values()])
+        on_last = p.at(axis, down.cycle) == len(AXES) - 1
+        with p.m.If(on_last):
+            p.m.d.sync += shear_z.eq(chosen)
+        kept = Timed("shear_z", shear_z, down.cycle + len(AXES))
+        product = p.unit("shear", Mul(fmt), direction, kept)
 
-        inverses = [found[f"inverse_down_{a}"] for a in AXES]
-        found["shear_z"] = shear = along("shear_z", inverses, z)
-        for k, a in enumerate("xy"):
-            turned = [directions[(axis + k + 1) % 3] for axis in range(3)]
-            found[f"shear_{a}"] = p.unit(
-                f"shear_{a}", Mul(fmt), along(f"turned_{a}", turned, z), shear
-            )
-        return {name: p.at(x, self.last) for name, x in found.items()}
+        # The ray in one piece, with its last axis.
+        last = self.last
+        to_z = p.at(z, last)
+        origins, products = vector(p, origin, last), vector(p, product, last)
+        p.m.d.comb += [
+            *(out[name].eq(p.at(about[name], last)) for name in ("packet", "number")),
+            out.t_max.eq(p.at(p.input("t_max", ray.t_max), last)),
+            out.ray.t_min.eq(p.at(p.input("t_min", ray.t_min), last)),
+            out.ray.axis.eq(to_z),
+            *(out.ray.origin[a].eq(origins[a]) for a in AXES),
+            *(out.ray.shear[a].eq(turn(products, to_z, a)) for a in "xy"),
+            out.ray.shear.z.eq(p.at(kept, last)),
+        ]
 
 
 def scale(fmt: FloatFormat, exponent: int) -> data.Const:
@@ -211,8 +201,3 @@ def largest_axis(v: data.View) -> Value:
     """The axis of the largest magnitude, the first of equal ones."""
     x, y, z = (Cat(v[a].man, v[a].exp) for a in AXES)
     return Mux(y > x, Mux(z > y, 2, 1), Mux(z > x, 2, 0))
-
-
-def pick(axis: Value, values: Sequence[data.View]) -> data.View:
-    """Of three floats that of an axis."""
-    return data.View(values[0].shape(), Array(x.as_value() for x in values)[axis])

@@ -9,11 +9,7 @@ from hdl.config import Config
 from hdl.fp.order import less
 from hdl.isa import NODE_BITS
 from hdl.rays.banks import Banks
-from hdl.rays.packet import RAYS, interval
-
-
-def packet_bits(config: Config) -> int:
-    return bits_for(config.packets - 1)
+from hdl.rays.packet import RAYS, interval, packet_bits
 
 
 def visit(config: Config) -> data.StructLayout:
@@ -128,8 +124,8 @@ class Stack(wiring.Component):
                 write.p.value.eq(visit.p.depth),
             ]
 
-        # `there`: there is an entry, or the root.
-        flags = {"valid": 1, "starts": 1, "tested": 1, "there": 1}
+        # `there`: there is an entry, or the root; `more`: entries, after what is taken off.
+        flags = {"valid": 1, "starts": 1, "tested": 1, "there": 1, "more": 1}
         about = data.StructLayout(
             flags | {field: self.visit[field].shape for field in ("packet", "depth")}
         )
@@ -146,8 +142,6 @@ class Stack(wiring.Component):
             pops.w_data.eq(Cat(C(1, len(flags)), self.i_pops.p.packet, self.i_pops.p.depth)),
             tests.ready.eq(~again),
             depths.row.eq(tests.p.packet),
-            new_best.addr.eq(s0.packet),
-            new_best.en.eq(s0.valid & (s0.tested | s0.starts)),
         ]
         with m.If(again):
             m.d.comb += [s0.valid.eq(1), s0.packet.eq(s5.packet), s0.depth.eq(s5.depth)]
@@ -157,29 +151,33 @@ class Stack(wiring.Component):
             m.d.comb += [s0.eq(waiting), pops.r_en.eq(1)]
         with m.Elif(starts.valid & ~s1.starts & ~s2.starts):  # it stays until stage 2
             m.d.comb += [s0.valid.eq(1), s0.packet.eq(starts.p.packet), s0.starts.eq(1)]
+        best1 = Signal.like(new_best.data, reset_less=True)
         for ray in range(RAYS):
-            m.d.comb += new_best.data[ray].eq(
-                Mux(s0.tested, tests.p.t[ray], starts.p.intervals[ray].far)
-            )
+            far = starts.p.intervals[ray].far
+            m.d.sync += best1[ray].eq(Mux(tests.valid, tests.p.t[ray], far))
 
-        # stage 1: read
-        m.d.comb += [top.addr.eq(slot(s1)), old_best.addr.eq(s1.packet)]
+        # stage 1: read the entry, write the best t
+        m.d.comb += [
+            top.addr.eq(slot(s1)),
+            new_best.addr.eq(s1.packet),
+            new_best.en.eq(s1.valid & (s1.tested | s1.starts)),
+            new_best.data.eq(best1),
+        ]
         with m.If(s1.tested):
             m.d.comb += top.addr.eq(Cat(depths.value[:slot_bits], s1.packet))
             m.d.sync += s2.depth.eq(depths.value)
 
-        # stage 2: take off
+        # stage 2: take off, read the best t
         entry3, entry4, entry5 = (
             Signal(self.visit, name=f"entry{k}", reset_less=True) for k in (3, 4, 5)
         )
-        best3 = Signal.like(old_best.data, reset_less=True)
-        m.d.comb += starts.ready.eq(s2.valid & s2.starts)
+        best3 = old_best.data
+        m.d.comb += [starts.ready.eq(s2.valid & s2.starts), old_best.addr.eq(s2.packet)]
         m.d.sync += [
             s3.there.eq(s2.starts | s2.depth.any()),
             s3.depth.eq(s2.depth - s2.depth.any()),
             self.popped.eq(s2.valid & s2.depth.any()),
             entry3.eq(top.data),
-            best3.eq(old_best.data),
         ]
         with m.If(s2.starts):
             m.d.sync += [
@@ -189,7 +187,7 @@ class Stack(wiring.Component):
             ]
 
         # stage 3: cut far; stage 4: is anything left?
-        m.d.sync += [entry4.eq(entry3), entry5.eq(entry4)]
+        m.d.sync += [entry4.eq(entry3), entry5.eq(entry4), s5.more.eq(s4.depth.any())]
         for ray in range(RAYS):
             with m.If(less(best3[ray], entry3.intervals[ray].far)):
                 m.d.sync += entry4.intervals[ray].far.eq(best3[ray])
@@ -204,8 +202,8 @@ class Stack(wiring.Component):
             o.p.eq(entry5),
             o.p.packet.eq(s5.packet),
             o.p.depth.eq(s5.depth),
-            again.eq(s5.valid & ~found & s5.depth.any()),
-            done.w_en.eq(s5.valid & ~found & ~s5.depth.any()),
+            again.eq(s5.valid & ~found & s5.more),
+            done.w_en.eq(s5.valid & ~found & ~s5.more),
             done.w_data.eq(s5.packet),
             self.o_done.valid.eq(done.r_rdy),
             self.o_done.payload.eq(done.r_data),

@@ -8,18 +8,17 @@ from hdl import records
 from hdl.config import Config
 from hdl.fp.order import less
 from hdl.isa import NODE_BITS
-from hdl.rays.banks import Banks
-from hdl.rays.packet import RAYS, slab_ray
+from hdl.rays.banks import BLOCK_RAM, Banks
+from hdl.rays.packet import RAYS, numbered, packet_bits, slab_ray
 from hdl.rays.planes import Planes
-from hdl.rays.stack import packet_bits, visit
+from hdl.rays.stack import visit
 
 SIDES = ("left", "right")
 
 
 def setup(config: Config) -> data.StructLayout:
-    """The rays of a packet on an axis."""
-    rays = data.ArrayLayout(slab_ray(config.fmt), RAYS)
-    return data.StructLayout({"packet": packet_bits(config), "axis": 2, "rays": rays})
+    """A ray of a packet on an axis."""
+    return numbered(config, {"axis": 2, "ray": slab_ray(config.fmt)})
 
 
 def node_word(config: Config) -> data.StructLayout:
@@ -86,17 +85,17 @@ class Step(wiring.Component):
 
         # stages 0 and 1: read the rays on the node's axis
         m.submodules.rays = rays = memory.Memory(
-            shape=i_setup.p.rays.shape(), depth=3 * packets, init=[]
+            shape=data.ArrayLayout(slab_ray(fmt), RAYS), depth=3 * packets, init=[]
         )
-        write, read = rays.write_port(), rays.read_port()
+        write, read = rays.write_port(granularity=1), rays.read_port()
         bounds, bounds2 = (
             Signal(records.bounds(fmt), name=f"bounds_{k}", reset_less=True) for k in (1, 2)
         )
-        rays2 = Signal(i_setup.p.rays.shape(), reset_less=True)
+        rays2 = Signal.like(read.data, reset_less=True)
         m.d.comb += [
-            write.en.eq(i_setup.valid),
+            write.en.eq(Cat(i_setup.valid & (i_setup.p.number == k) for k in range(RAYS))),
             write.addr.eq(Cat(i_setup.p.packet, i_setup.p.axis)),
-            write.data.eq(i_setup.p.rays),
+            *(lane.eq(i_setup.p.ray) for lane in write.data),
             read.addr.eq(Cat(self.i.p.packet, node.axis)),
         ]
         m.d.sync += [bounds.eq(node.bounds), bounds2.eq(bounds), rays2.eq(read.data)]
@@ -104,7 +103,7 @@ class Step(wiring.Component):
         # What is not needed before the planes are done waits in memory.
         link_layout = data.StructLayout({"pointer": NODE_BITS, "leaves": 2})
         m.submodules.links = links = memory.Memory(shape=link_layout, depth=packets, init=[])
-        m.submodules.visits = visits = Banks(self.visit, packets)
+        m.submodules.visits = visits = Banks(self.visit, packets, BLOCK_RAM)
         write, read = links.write_port(), links.read_port()
         m.d.comb += [
             write.en.eq(self.i.valid),

@@ -8,9 +8,9 @@ from hdl.config import Config
 from hdl.isa import NODE_BITS
 from hdl.rays.corners import CORNERS, Corners, read, word
 from hdl.rays.delay import Pipeline
-from hdl.rays.hits import Hits, numbered
-from hdl.rays.packet import RAYS, hit, sheared_ray
-from hdl.rays.stack import packet_bits, tested
+from hdl.rays.hits import Hits
+from hdl.rays.packet import RAYS, hit, numbered, packet_bits, sheared_ray
+from hdl.rays.stack import tested
 from hdl.rays.triangle import Intersect
 
 COUNTERS = data.StructLayout({"tests": 32, "ray_tests": 32})
@@ -61,7 +61,7 @@ class Tester(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.latency = 3 + Intersect.latency_of(config.fmt) + Hits.latency
+        self.latency = 4 + Intersect.latency_of(config.fmt) + Hits.latency
         packet = packet_bits(config)
         test = data.StructLayout({"packet": packet, "triangle": NODE_BITS, "mask": RAYS})
         super().__init__({

@@ -6,9 +6,9 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.isa import NODE_BITS
-from hdl.rays.packet import RAYS
+from hdl.rays.packet import RAYS, packet_bits
 from hdl.rays.queue import Queue
-from hdl.rays.stack import Stack, packet_bits, start, tested
+from hdl.rays.stack import Stack, start, tested
 from hdl.rays.step import Step, node_word, setup
 
 COUNTERS = data.StructLayout({"steps": 32, "tests": 32, "pushes": 32, "pops": 32})

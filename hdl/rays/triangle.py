@@ -10,6 +10,7 @@ from hdl.fp.cross import Cross
 from hdl.fp.format import FloatFormat
 from hdl.fp.mul import Mul
 from hdl.fp.recip import Recip
+from hdl.rays.axes import turn
 from hdl.rays.delay import Pipeline
 from hdl.rays.packet import AXES, sheared_ray
 
@@ -133,13 +134,6 @@ class Intersect(wiring.Component):
             m.d.comb += self.o.p[name].eq(p.at(p.stage(found), self.latency))
         m.d.comb += self.o.p.hit.eq(p.at(hit, self.latency))
         return m
-
-
-def turn(point: data.View, axis: Value, to: str) -> data.View:
-    """A coordinate of a point in the space in which `axis` is z."""
-    after = AXES.index(to) + 1
-    x = Mux(axis == 2, point[AXES[(after + 2) % 3]], point[AXES[(after + 1) % 3]])
-    return data.View(point[to].shape(), Mux(axis == 0, point[AXES[after % 3]], x))
 
 
 def negated(x: data.View) -> data.View:

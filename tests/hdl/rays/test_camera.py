@@ -11,7 +11,6 @@ from hdl.config import Config
 from hdl.fp.format import F24, FloatFormat
 from hdl.rays.camera import Camera
 from hdl.rays.packet import RAYS, pixel_bits
-from hdl.stream import Landing
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import encode
 from sim.model.rays.camera import camera
@@ -90,9 +89,9 @@ async def compare(dut, sizes, idle, busy):
     if not idle and not busy:
         expected = []
         for count in rays_of_images:
-            begin += 1 + Camera.latency
-            expected += range(begin, begin + count)
-            begin = expected[-1] - Landing.latency  # the next image comes as the last ray lands
+            begin += 2 + Camera.latency
+            expected += range(begin, begin + 3 * count, 3)
+            begin = expected[-1]  # the next image comes with the last ray
         assert cycles == expected
 
 

@@ -89,6 +89,8 @@ class Bench:
             **{f"{self.name}__vertices": int(self.vertices), f"{self.name}__clear": 0},
         )
         self.to = {port: Queue() for port in inputs}
+        self.sent = dict.fromkeys(inputs, 0)
+        self.set_up_rays = 0
         self.of = [{port: Queue() for port in outputs} for _ in range(self.config.packets)]
         self.busy, self.latency = busy, latency
         for port in inputs:
@@ -100,6 +102,7 @@ class Bench:
     async def _send(self, port):
         while True:
             await put(self.dut, f"{self.name}__{port}", [await self.to[port].get()], self.busy)
+            self.sent[port] += 1
 
     async def _receive(self, port):
         while True:
@@ -151,9 +154,9 @@ class Bench:
                 )
             )
         # Setup gives the last ray before the packet starts.
-        while not self.to["i_rays"].empty():
-            await RisingEdge(self.dut.clk)
-        for _ in range(3):
+        self.set_up_rays += RAYS
+        last = self.set_up_rays
+        while self.sent["i_rays"] < last:
             await RisingEdge(self.dut.clk)
         return rays
 

@@ -128,11 +128,10 @@ class Bench:
             number = self.free.pop(random.randrange(len(self.free)))
             self.under_way[number] = (packet, deque(self.walks[packet].visits))
             rows = self.scene.rows[RAYS * packet :][:RAYS]
-            for axis in random.sample(range(3), 3):
-                columns = {"packet": number, "axis": axis} | {
-                    f"rays.{k}.{field}": rows[k, column + axis]
-                    for k in range(RAYS)
-                    for field, column in SLAB.items()
+            for place in random.sample(range(3 * RAYS), 3 * RAYS):
+                k, axis = divmod(place, 3)
+                columns = {"packet": number, "number": k, "axis": axis} | {
+                    f"ray.{field}": rows[k, column + axis] for field, column in SLAB.items()
                 }
                 await self._put_at_once("i_setup", self._pack("i_setup", columns))
             limits = self.scene.limits[RAYS * packet :][:RAYS]
