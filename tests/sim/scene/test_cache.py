@@ -1,24 +1,14 @@
 """Vertex caches."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from sim.errors import InputError
 from sim.scene.load import load_scene
+from tests.sim.scene.refusal import refusal
 
 FACES = np.array([[0, 1, 2], [2, 1, 3]], np.int32)
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.5]])
 MOTION = np.stack([POINTS + k for k in range(3)])
-
-
-def refusal(spec) -> str:
-    with pytest.raises(InputError) as error:
-        load_scene(str(spec))
-    line = str(error.value)
-    assert line.startswith((f"{spec}: ", f"{Path(spec).name}: ")) and "\n" not in line, line
-    return line
 
 
 @pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64, np.int8, np.uint32])

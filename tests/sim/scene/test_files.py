@@ -1,7 +1,6 @@
 """Mesh files, numbered sequences of them, and what load_scene refuses."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,18 +8,11 @@ import trimesh
 
 from sim.errors import InputError
 from sim.scene.load import load_scene
+from tests.sim.scene.refusal import refusal
 
 FACES = np.array([[0, 1, 2], [2, 1, 3]], np.int32)
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.5]])
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 {}\n{}"
-
-
-def refusal(spec) -> str:
-    with pytest.raises(InputError) as error:
-        load_scene(str(spec))
-    line = str(error.value)
-    assert line.startswith((f"{spec}: ", f"{Path(spec).name}: ")) and "\n" not in line, line
-    return line
 
 
 def corners(scene, frame=0):

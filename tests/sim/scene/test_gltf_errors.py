@@ -2,13 +2,11 @@
 
 import json
 import struct
-from pathlib import Path
 
 import pytest
 
-from sim.errors import InputError
-from sim.scene.load import load_scene
 from tests.sim.scene.gltf_files import File
+from tests.sim.scene.refusal import refusal
 
 
 def whole() -> File:
@@ -17,14 +15,6 @@ def whole() -> File:
     file.animation(0, "translation", [0, 1], [(0, 0, 0), (1, 1, 1)], name="hop")
     file.animation(0, "scale", [0, 1], [(1, 1, 1), (2, 2, 2)])
     return file
-
-
-def refusal(spec, **options) -> str:
-    with pytest.raises(InputError) as error:
-        load_scene(str(spec), **options)
-    line = str(error.value)
-    assert line.startswith((f"{spec}: ", f"{Path(spec).name}: ")) and "\n" not in line, line
-    return line
 
 
 @pytest.mark.parametrize("name", ["KHR_draco_mesh_compression", "EXT_meshopt_compression"])
