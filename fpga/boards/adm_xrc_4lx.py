@@ -49,7 +49,6 @@ class Platform(XilinxPlatform):
 ADM_XRC_4LX = Board(
     name="adm-xrc-4lx",
     config=CONFIG,
-    words=1 << CONFIG.address_bits,
     platform=Platform,
     clock_hz=CLOCK_MHZ * 1e6,
     pll=None,  # the platform's own: local bus clock, gated until configured

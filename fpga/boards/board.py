@@ -22,8 +22,6 @@ class Board:
     ----------
     name : str
     config : Config
-    words : int
-        Memory words on the chip.
     platform : callable
         Makes the platform of Amaranth: it has `led` 0 to 7, `button` 0, and `uart` 0 with `tx`. It
         is given the pins of a file that a user wrote, which most need none of.
@@ -47,7 +45,6 @@ class Board:
 
     name: str
     config: Config
-    words: int
     platform: Callable[[dict], TemplatedPlatform]
     clock_hz: float
     pll: Callable[[Module, Value, Signal], None] | None
@@ -57,6 +54,11 @@ class Board:
     pins: str
     needs: tuple[str, ...] = ()
     overrides: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def words(self) -> int:
+        """Memory words on the chip: all that the configuration addresses."""
+        return 1 << self.config.address_bits
 
     def clock(self, m: Module, platform: TemplatedPlatform):
         """Make the domain `sync`, in reset until its clock runs."""

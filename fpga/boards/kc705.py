@@ -58,7 +58,6 @@ def pll(m: Module, oscillator: Value, locked: Signal):
 KC705 = Board(
     name="kc705",
     config=CONFIG,
-    words=1 << CONFIG.address_bits,
     platform=platform,
     clock_hz=CLOCK_MHZ * 1e6,
     pll=pll,

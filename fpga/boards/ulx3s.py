@@ -51,7 +51,6 @@ def pll(m: Module, oscillator: Value, locked: Signal):
 ULX3S = Board(
     name="ulx3s",
     config=CONFIG,
-    words=1 << CONFIG.address_bits,
     platform=platform,
     clock_hz=CLOCK_MHZ * 1e6,
     pll=pll,

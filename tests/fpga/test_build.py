@@ -65,10 +65,7 @@ def quick(board, _, pins, seed) -> Project:
 @pytest.fixture(autouse=True)
 def small(monkeypatch, tmp_path):
     """Boards with a machine and a memory that are small."""
-    boards = {
-        name: replace(board, config=SMALL, words=1 << SMALL.address_bits, clock_hz=50e6)
-        for name, board in BOARDS.items()
-    }
+    boards = {name: replace(board, config=SMALL, clock_hz=50e6) for name, board in BOARDS.items()}
     monkeypatch.setattr(build_command, "BOARDS", boards)
     monkeypatch.setattr(build_command, "project", quick)
     monkeypatch.chdir(tmp_path)
