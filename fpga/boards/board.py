@@ -60,7 +60,7 @@ class Board:
         """Memory words on the chip: all that the configuration addresses."""
         return 1 << self.config.address_bits
 
-    def clock(self, m: Module, platform: TemplatedPlatform):
+    def clock(self, m: Module, platform):
         """Make the domain `sync`, in reset until its clock runs."""
         if not self.pll:
             return
