@@ -146,7 +146,10 @@ class Camera(wiring.Component):
                 landed.i.p[name].eq(p.at(p.input(name, value), self.last))
                 for name, value in beside.items()
             ),
-            *(landed.i.p.direction[a].eq(x) for a, x in vector(p, direction, self.last).items()),
+            *(
+                landed.i.p.direction[a].eq(x)
+                for a, x in vector(p, fmt, direction, self.last).items()
+            ),
         ]
 
         pixel = landed.o.p

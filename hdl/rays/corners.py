@@ -128,9 +128,7 @@ class Corners(wiring.Component):
         there = Signal(data.ArrayLayout(RECORD, packets))
         is_corner = self.i_words.valid & (word.tag.part != RECORD)
         now = Signal(RECORD)
-        m.d.comb += [
-            now.eq(there[word.tag.packet] | (1 << word.tag.part)),
-        ]
+        m.d.comb += now.eq(there[word.tag.packet] | (1 << word.tag.part))
         m.d.sync += [ready.w_en.eq(is_corner & now.all()), ready.w_data.eq(word.tag.packet)]
         with m.If(is_corner):
             m.d.sync += there[word.tag.packet].eq(Mux(now.all(), 0, now))

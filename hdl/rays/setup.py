@@ -169,7 +169,7 @@ class Setup(wiring.Component):
         # When the inverse on the last axis is there, that on z is kept: for the whole ray, until
         # that of the next one is known. Each axis waits for it.
         shear_z = Signal(fmt.layout, reset_less=True)
-        chosen = pick(p.at(z, down.cycle), [*vector(p, down, down.cycle).values()])
+        chosen = pick(p.at(z, down.cycle), vector(p, fmt, down, down.cycle).values())
         on_last = p.at(axis, down.cycle) == len(AXES) - 1
         with p.m.If(on_last):
             p.m.d.sync += shear_z.eq(chosen)
@@ -179,7 +179,7 @@ class Setup(wiring.Component):
         # The ray in one piece, with its last axis.
         last = self.last
         to_z = p.at(z, last)
-        origins, products = vector(p, origin, last), vector(p, product, last)
+        origins, products = vector(p, fmt, origin, last), vector(p, fmt, product, last)
         p.m.d.comb += [
             *(out[name].eq(p.at(about[name], last)) for name in ("packet", "number")),
             out.t_max.eq(p.at(p.input("t_max", ray.t_max), last)),

@@ -158,7 +158,6 @@ class Tester(wiring.Component):
             Signal(fields, name=stage, reset_less=True) for stage in ("reading", "about")
         )
         reads = Signal()
-        given = intersect.i.p
         m.d.sync += [
             reads.eq(busy),
             reading.eq(Cat(packet, number, first, last, turn.triangle)),
@@ -171,13 +170,13 @@ class Tester(wiring.Component):
             *(entered[v].eq(corners.corners[v]) for v in CORNERS),
         ]
         m.d.comb += [
-            given.eq(entered),
+            intersect.i.p.eq(entered),
             intersect.o.ready.eq(1),
             hits.i.valid.eq(intersect.o.valid),
         ]
         p = Pipeline()
         m.submodules.beside = p.m
-        t_min = p.at(p.input("t_min", given.ray.t_min), intersect.latency)
+        t_min = p.at(p.input("t_min", entered.ray.t_min), intersect.latency)
         late = data.View(fields, p.at(p.input("about", about), intersect.latency))
         m.d.comb += [
             *(hits.i.p[field].eq(late[field]) for field, _ in fields),
