@@ -72,7 +72,7 @@ class Config:
 
         What the units take if nothing else wants the memory port, and `latency`.
         """
-        return self.latency + 3
+        return self.latency + 5
 
     @property
     def lead(self) -> int:
@@ -80,7 +80,7 @@ class Config:
 
         A leaf comes every 2.5 instructions; some cycles more, since others want the port too.
         """
-        return -(-2 * (self.load_latency + 15) // 5)
+        return -(-2 * (self.load_latency + 13) // 5)
 
 
 FULL = Config()

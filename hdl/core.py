@@ -30,13 +30,15 @@ def frame_job(config: Config) -> data.StructLayout:
     return data.StructLayout({"program": program(config), "casts": 1, "cast": cast_job(config)})
 
 
-class Phase(enum.Enum, shape=2):
+class Phase(enum.Enum, shape=3):
     """Who is at work."""
 
     IDLE = 0
-    UPDATE = 1
-    CAST = 2
-    DRAIN = 3  # the last hits are on their way to memory
+    BEGIN = 1  # the update gets its job, if there is one
+    UPDATE = 2
+    TURN = 3  # from the update to the rays: caches forget
+    CAST = 4
+    DRAIN = 5  # the last hits are on their way to memory
 
 
 class Core(wiring.Component):
@@ -97,38 +99,40 @@ class Core(wiring.Component):
 
         # One after the other. The job stays here for as long as it takes.
         phase = Signal(Phase)
-        started = Signal()
+        idle, updating, casting = Signal(init=1), Signal(), Signal()  # of phase; go to many places
         job = Signal.like(self.i.p, reset_less=True)
-        updates, updating = Signal(), Signal()  # there is a program; phase is UPDATE
+        updates = Signal()  # there is a program
         m.d.comb += [
-            self.busy.eq(phase != Phase.IDLE),
-            self.i.ready.eq(phase == Phase.IDLE),
-            update.i.valid.eq(updating & updates & ~started),
+            self.busy.eq(~idle),
+            self.i.ready.eq(idle),
+            update.i.valid.eq((phase == Phase.BEGIN) & updates),
             update.i.p.program.eq(job.program),
             update.i.p.vertices.eq(job.cast.scene.vertices),
             update.i.p.nodes.eq(job.cast.scene.nodes),
-            cast.i.valid.eq((phase == Phase.CAST) & job.casts),
+            cast.i.valid.eq(casting),
             cast.i.p.eq(job.cast),
         ]
-        turns = Signal()  # from the update to the rays
         connect = self._caches if self.config.cache_words else self._banks
-        rays_port = connect(m, cast, turns)
+        rays_port = connect(m, cast, phase == Phase.TURN)
+        with m.If(idle):
+            m.d.sync += [job.eq(self.i.p), updates.eq(self.i.p.program.length != 0)]
         with m.Switch(phase):
             with m.Case(Phase.IDLE):
-                m.d.sync += [job.eq(self.i.p), updates.eq(self.i.p.program.length != 0)]
                 with m.If(self.i.valid):
-                    m.d.sync += [phase.eq(Phase.UPDATE), updating.eq(1)]
+                    m.d.sync += [phase.eq(Phase.BEGIN), idle.eq(0), updating.eq(1)]
+            with m.Case(Phase.BEGIN):
+                m.d.sync += phase.eq(Mux(updates, Phase.UPDATE, Phase.TURN))
             with m.Case(Phase.UPDATE):
-                m.d.comb += turns.eq(~updates | (started & ~update.busy & ~self.unsettled))
-                m.d.sync += started.eq(~turns & (started | update.i.ready))
-                with m.If(turns):
-                    m.d.sync += [phase.eq(Phase.CAST), updating.eq(0)]
+                with m.If(~update.busy & ~self.unsettled):
+                    m.d.sync += phase.eq(Phase.TURN)
+            with m.Case(Phase.TURN):
+                m.d.sync += [phase.eq(Phase.CAST), updating.eq(0), casting.eq(job.casts)]
             with m.Case(Phase.CAST):
-                with m.If(~job.casts | cast.i.ready):
-                    m.d.sync += phase.eq(Phase.DRAIN)
+                with m.If(~casting | cast.i.ready):
+                    m.d.sync += [phase.eq(Phase.DRAIN), casting.eq(0)]
             with m.Case(Phase.DRAIN):
                 with m.If(~rays_port.request.valid & ~self.unsettled):
-                    m.d.sync += phase.eq(Phase.IDLE)
+                    m.d.sync += [phase.eq(Phase.IDLE), idle.eq(1)]
 
         request, response = self.port.request, self.port.response
         for unit, works in [(update.port, updating), (rays_port, ~updating)]:
@@ -141,7 +145,6 @@ class Core(wiring.Component):
                 m.d.comb += [
                     request.valid.eq(unit.request.valid),
                     request.p.eq(unit.request.p),
-                    response.ready.eq(unit.response.ready),
                 ]
         return m
 

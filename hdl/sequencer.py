@@ -81,7 +81,6 @@ class Sequencer(wiring.Component):
             self.o_job.valid.eq(self.running & ~taken),
             self.o_job.payload.eq(self.job),
             request.valid.eq((phase == Phase.READ) & ~taken),
-            response.ready.eq(1),
             self.o.valid.eq(phase == Phase.GIVE),
             self.o.payload.eq(word),
         ]

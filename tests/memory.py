@@ -67,26 +67,21 @@ class Memory:
             getattr(dut, f"{port}__request__{name}") for name in ("valid", "payload", "ready")
         )
         # An output that is constant or an input that nobody reads may not be in the Verilog.
-        answer_valid, answer, answer_ready = (
-            getattr(dut, f"{port}__response__{name}", None)
-            for name in ("valid", "payload", "ready")
+        answer_valid, answer = (
+            getattr(dut, f"{port}__response__{name}", None) for name in ("valid", "payload")
         )
         due: deque[tuple[int, int]] = deque()
         waiting = None
         willing = not self.busy
-        answering = False
         while True:
             ready.value = willing = willing and now() % self.period == 0
-            if not answering and due and due[0][0] <= now() and random.random() >= self.busy:
-                answering = True
-                answer_valid.value = 1
-                answer.value = due[0][1]
-            elif not answering and answer_valid is not None:
-                answer_valid.value = 0
+            answering = bool(due) and due[0][0] <= now() and random.random() >= self.busy
+            if answer_valid is not None:
+                answer_valid.value = answering
+            if answering:
+                answer.value = due.popleft()[1]
             await RisingEdge(dut.clk)
-            if answering and (answer_ready is None or answer_ready.value):
-                answering = False
-                due.popleft()
+            if answering:
                 self.responses.append(now())
             if not valid.value:
                 assert waiting is None, f"{port}: a request was withdrawn"

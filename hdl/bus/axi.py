@@ -70,7 +70,6 @@ class AxiMaster(wiring.Component):
             request.ready.eq(Mux(request.p.write, writer.i.ready, reader.i.ready) & ~self.flush),
             response.valid.eq(reader.o.valid),
             response.p.eq(reader.o.p),
-            reader.o.ready.eq(response.ready),
             reader.flush.eq(self.flush),
             self.settled.eq(writer.settled),
             self.idle.eq(reader.idle & writer.settled),

@@ -24,7 +24,7 @@ class AxiReader(wiring.Component):
     Members
     -------
     i : In(stream of addresses, in words)
-    o : Out(stream of words), in the order of the addresses
+    o : Out(stream of words), in the order of the addresses, taken at once
     axi : Out(Axi4), of which only the read channels are used
     flush : In(1), words that come are dropped
     idle : Out(1), no word under way
@@ -45,7 +45,7 @@ class AxiReader(wiring.Component):
         self.outstanding = outstanding
         super().__init__({
             "i": In(stream.Signature(config.address_bits)),
-            "o": Out(stream.Signature(word_bits(config.fmt))),
+            "o": Out(stream.Signature(word_bits(config.fmt), always_ready=True)),
             "axi": Out(axi(config)),
             "flush": In(1),
             "idle": Out(1),
@@ -59,7 +59,6 @@ class AxiReader(wiring.Component):
         m.submodules.gather = gather = Gather(self.config, patience=0)
         under_way = Signal(range(self.outstanding + 1))
         room = under_way != self.outstanding
-        comes = bus.rvalid & bus.rready
         m.d.comb += [
             gather.i.valid.eq(self.i.valid & room),
             gather.i.p.eq(self.i.p),
@@ -69,11 +68,11 @@ class AxiReader(wiring.Component):
             *address(self.config, bus, "ar", gather.o.p),
             self.o.valid.eq(bus.rvalid & ~self.flush),
             self.o.p.eq(bus.rdata),
-            bus.rready.eq(self.o.ready | self.flush),
+            bus.rready.eq(1),
             self.idle.eq(under_way == 0),
-            self.failed.eq(comes & Value.cast(bus.rresp)[1]),
+            self.failed.eq(bus.rvalid & Value.cast(bus.rresp)[1]),
         ]
-        m.d.sync += under_way.eq(under_way + (self.i.valid & self.i.ready) - comes)
+        m.d.sync += under_way.eq(under_way + (self.i.valid & self.i.ready) - bus.rvalid)
         return m
 
 

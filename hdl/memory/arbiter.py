@@ -3,6 +3,7 @@
 from amaranth import *
 from amaranth.lib import fifo, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import ceil_log2
 
 from hdl.config import Config
 from hdl.memory.port import Port, PortInterface
@@ -12,8 +13,8 @@ from hdl.stream import Slice
 class Arbiter(wiring.Component):
     """Joins memory ports into one; of those that ask, the one with the lowest index is served.
 
-    A request takes one cycle, a response none; one request and one response a cycle. Requests
-    of one client keep their order; between clients the order is that of being served.
+    A request takes one cycle, and so does a response; one of each a cycle. Requests of one client
+    keep their order; between clients the order is that of being served.
 
     Parameters
     ----------
@@ -48,32 +49,41 @@ class Arbiter(wiring.Component):
         m.submodules.served = served = Slice(self.port.request.p.shape())
         wiring.connect(m, served.o, wiring.flipped(self.port.request))
         request, response = served.i, self.port.response
-        # Which client each read under way belongs to.
+        # Which client each read under way belongs to; a power of two comes around by itself.
         m.submodules.owners = owners = fifo.SyncFIFO(
-            width=max(1, (self.count - 1).bit_length()), depth=self.outstanding
+            width=max(1, (self.count - 1).bit_length()), depth=1 << ceil_log2(self.outstanding)
         )
-
-        # Whether one can be served does not depend on which, so that both are known early.
-        free = Signal()
-        m.d.comb += free.eq(request.ready & owners.w_rdy)
-        taken = Const(0)  # an earlier client asks
-        for index, client in enumerate(self.clients):
-            m.d.comb += client.request.ready.eq(free & ~taken)
-            with m.If(client.request.valid & ~taken):
-                m.d.comb += [
-                    request.valid.eq(owners.w_rdy),
-                    request.p.eq(client.request.p),
-                    owners.w_en.eq(request.ready & ~client.request.p.write),
-                    owners.w_data.eq(index),
-                ]
-            taken = taken | client.request.valid
-
-            mine = owners.r_rdy & (owners.r_data == index)
-            m.d.comb += [
-                client.response.valid.eq(response.valid & mine),
-                client.response.payload.eq(response.payload),
+        free = Signal(range(self.outstanding + 1), init=self.outstanding)
+        room = Signal(init=1)  # free is not 0
+        reads = Signal()
+        with m.If(reads != response.valid):
+            m.d.sync += [
+                free.eq(Mux(reads, free - 1, free + 1)),
+                room.eq(~reads | (free != 1)),
             ]
-            with m.If(mine):
-                m.d.comb += response.ready.eq(client.response.ready)
-        m.d.comb += owners.r_en.eq(response.valid & response.ready)
+        # Whether one can be served does not depend on which, so that both are known early. Where
+        # none asks, what is chosen is the last one's.
+        *first, last = enumerate(self.clients)
+        chosen, owner = Value.cast(last[1].request.p), Const(last[0])
+        for index, client in reversed(first):
+            chosen = Mux(client.request.valid, Value.cast(client.request.p), chosen)
+            owner = Mux(client.request.valid, index, owner)
+        asks = Const(0)
+        for client in self.clients:
+            m.d.comb += client.request.ready.eq(request.ready & room & ~asks)
+            asks |= client.request.valid
+        m.d.comb += [
+            request.valid.eq(asks & room),
+            Value.cast(request.p).eq(chosen),
+            reads.eq(asks & room & request.ready & ~request.p.write),
+            owners.r_en.eq(response.valid),
+        ]
+        # Written down a cycle later, in which the request is at the port.
+        m.d.sync += [owners.w_en.eq(reads), owners.w_data.eq(owner)]
+
+        answer = Signal.like(response.payload, reset_less=True)
+        m.d.sync += answer.eq(response.payload)
+        for index, client in enumerate(self.clients):
+            m.d.sync += client.response.valid.eq(response.valid & (owners.r_data == index))
+            m.d.comb += client.response.payload.eq(answer)
         return m

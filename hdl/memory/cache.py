@@ -8,12 +8,13 @@ from amaranth.utils import exact_log2
 from hdl.config import Config
 from hdl.memory.port import Port, PortInterface, Reads, ReadsInterface
 from hdl.records import word_bits
+from hdl.stream import Slice
 
 
 class Cache(wiring.Component):
     """Direct-mapped read cache of single words. The memory behind it must not change meanwhile.
 
-    A hit takes `latency` cycles; one request a cycle. A miss takes twice that, one more and what
+    A hit takes `latency` cycles; one request a cycle. A miss takes twice that, three more and what
     the memory takes, and does not hold up what comes after it. A word that is on its way is asked
     for again.
 
@@ -32,7 +33,7 @@ class Cache(wiring.Component):
     reads : In(Reads)
     port : Out(Port), reads only
     clear : In(1), forget everything, as after reset: takes `words` cycles without a request
-    hits, misses : Out(32), requests since the last clear
+    hits, misses : Out(32), requests since the last clear, a cycle after the hit or miss is known
     """
 
     latency = 3
@@ -75,16 +76,19 @@ class Cache(wiring.Component):
         asks = fifo.SyncFIFO(width=len(request.p.as_value()), depth=self.under_way)
         pending = fifo.SyncFIFO(width=asks.width, depth=self.under_way)
         m.submodules.asks, m.submodules.pending = asks, pending
+        m.submodules.next_ask = next_ask = Slice(self.config.address_bits)
         asked = Signal.like(request.p)
         filled = self.port.response.valid
         m.d.comb += [
-            self.port.request.valid.eq(asks.r_rdy),
-            self.port.request.p.address.eq(data.View(asked.shape(), asks.r_data).address),
-            asks.r_en.eq(self.port.request.ready),
+            next_ask.i.valid.eq(asks.r_rdy),
+            next_ask.i.p.eq(data.View(asked.shape(), asks.r_data).address),
+            asks.r_en.eq(next_ask.i.ready),
+            self.port.request.valid.eq(next_ask.o.valid),
+            self.port.request.p.address.eq(next_ask.o.p),
+            next_ask.o.ready.eq(self.port.request.ready),
             pending.w_en.eq(asks.r_rdy & asks.r_en),  # there is room, since there was in `asks`
             pending.w_data.eq(asks.r_data),
             asked.eq(pending.r_data),
-            self.port.response.ready.eq(1),
             pending.r_en.eq(filled),
         ]
 
@@ -114,17 +118,19 @@ class Cache(wiring.Component):
         m.d.comb += [
             hit.eq(found.valid & (found.upper == s2.request.address[index_bits:])),
             looked_up.eq(s2.valid & ~s2.again),
-            asks.w_en.eq(looked_up & ~hit),
-            asks.w_data.eq(s2.request),
         ]
         given = s2.valid & (s2.again | hit)
+        was_hit = Signal()
         m.d.sync += [
+            asks.w_en.eq(looked_up & ~hit),
+            asks.w_data.eq(s2.request),
+            was_hit.eq(looked_up & hit),
             response.valid.eq(given),
             response.p.tag.eq(s2.request.tag),
             response.p.word.eq(found.word),
             room.eq(room - (request.valid & request.ready) + given),
-            self.hits.eq(self.hits + (looked_up & hit)),
-            self.misses.eq(self.misses + (looked_up & ~hit)),
+            self.hits.eq(self.hits + was_hit),
+            self.misses.eq(self.misses + asks.w_en),
         ]
 
         # The lines are written by what comes from memory, and one after the other when cleared.

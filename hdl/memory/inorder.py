@@ -50,7 +50,6 @@ class InOrder(wiring.Component):
             response.valid.eq(self.port.response.valid),
             response.p.tag.eq(tags.r_data),
             response.p.word.eq(self.port.response.payload),
-            self.port.response.ready.eq(1),
             tags.r_en.eq(response.valid),
         ]
         return m

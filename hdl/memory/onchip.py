@@ -50,10 +50,9 @@ class OnChip(wiring.Component):
         m = Module()
 
         request, response = self.port.request, self.port.response
-        step = Signal()
-        taken = request.valid & request.ready & request.p.write
+        writing = request.valid & request.p.write
         address = request.p.address[: ceil_log2(self.words)]
-        m.d.comb += [step.eq(~response.valid | response.ready), request.ready.eq(step)]
+        m.d.comb += request.ready.eq(1)
         said = []
         for lane in range(word_bits(self.config.fmt) // 8):
             init = [word >> 8 * lane & 0xFF for word in self.init]
@@ -63,17 +62,15 @@ class OnChip(wiring.Component):
             reads, writes = bytes_.read_port(), bytes_.write_port()
             said.append(reads.data)
             m.d.comb += [
-                reads.en.eq(step),
                 reads.addr.eq(address),
                 writes.addr.eq(address),
                 writes.data.eq(request.p.data.word_select(lane, 8)),
-                writes.en.eq(taken & request.p.mask[lane]),
+                writes.en.eq(writing & request.p.mask[lane]),
             ]
 
         read = Signal()  # the memory holds a word that was asked for
-        with m.If(step):
-            # stage 1: look it up
-            m.d.sync += read.eq(request.valid & ~request.p.write)
-            # stage 2: give it. Block RAM is slow to answer, so what it says goes no further.
-            m.d.sync += [response.valid.eq(read), response.payload.eq(Cat(said))]
+        # stage 1: look it up
+        m.d.sync += read.eq(request.valid & ~request.p.write)
+        # stage 2: give it. Block RAM is slow to answer, so what it says goes no further.
+        m.d.sync += [response.valid.eq(read), response.payload.eq(Cat(said))]
         return m

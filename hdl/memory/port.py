@@ -39,13 +39,13 @@ class Port(wiring.Signature):
     Members
     -------
     request : Out(stream of request)
-    response : In(stream of words)
+    response : In(stream of words), taken at once
     """
 
     def __init__(self, config: Config):
         super().__init__({
             "request": Out(stream.Signature(request(config))),
-            "response": In(stream.Signature(word_bits(config.fmt))),
+            "response": In(stream.Signature(word_bits(config.fmt), always_ready=True)),
         })
 
     def create(self, *, path=None, src_loc_at=0) -> PortInterface:

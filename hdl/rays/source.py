@@ -1,11 +1,11 @@
 """Rays from memory."""
 
 from amaranth import *
-from amaranth.lib import data, fifo, stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
-from amaranth.utils import exact_log2
 
 from hdl.config import Config
+from hdl.memory.ahead import Ahead
 from hdl.memory.port import Port, PortInterface
 from hdl.rays.packet import RAYS, ray_word
 from hdl.rays.setup import setup_ray
@@ -22,7 +22,7 @@ def rays(config: Config) -> data.StructLayout:
 class Source(wiring.Component):
     """Reads rays: a ray in two cycles while the memory answers within `config.latency` cycles.
 
-    The words of a packet are asked for together, when there is room for all of them.
+    A ray leaves 2 cycles after its second word came. Words are asked for in blocks of a packet's.
 
     Parameters
     ----------
@@ -30,7 +30,8 @@ class Source(wiring.Component):
 
     Members
     -------
-    i : In(stream of rays), taken the cycle after the last ray; at once where there is none
+    i : In(stream of rays), taken the cycle after the last ray; a cycle after it comes where
+        there is none
     o : Out(stream of setup_ray), four a packet, in order
     gives : Out(1), in one cycle for each packet
     port : Out(Port), reads only
@@ -43,8 +44,9 @@ class Source(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        # Words asked for ahead, and those that wait to be a packet.
-        self.depth = -(-(config.latency + 8) // 2) * 2 + WORDS - 1
+        # Words that the memory's latency and that of the units on the way to it ask for, and those
+        # that wait to be a packet.
+        self.depth = config.latency + 10 + WORDS
         super().__init__({
             "i": In(stream.Signature(rays(config))),
             "o": Out(stream.Signature(setup_ray(config))),
@@ -55,49 +57,45 @@ class Source(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        request, response = self.port.request, self.port.response
-        m.submodules.words = words = fifo.SyncFIFO(width=len(response.payload), depth=self.depth)
-        asked = Signal(range((1 << self.config.address_bits) * WORDS))
-        room = Signal(range(self.depth + 1), init=self.depth)
-        asks = request.valid & request.ready
+        m.submodules.words = words = Ahead(self.config, depth=self.depth, block=WORDS)
+        wiring.connect(m, words.port, wiring.flipped(self.port))
+        begun = Signal()
+        left = Signal.like(self.i.p.packets)
+        some = Signal()  # left is not 0
         m.d.comb += [
-            request.valid.eq(
-                self.i.valid
-                & (asked != self.i.p.packets * WORDS)
-                & (asked[: exact_log2(WORDS)].any() | (room >= WORDS))
-            ),
-            request.p.address.eq(self.i.p.address + asked),
-            words.w_en.eq(response.valid),
-            words.w_data.eq(response.payload),
-            response.ready.eq(1),
+            words.i.valid.eq(self.i.valid & ~begun),  # ready, since all words have been used
+            words.i.p.address.eq(self.i.p.address),
+            words.i.p.words.eq(self.i.p.packets * WORDS),
+            self.i.ready.eq(begun & ~some),
         ]
-        m.d.sync += [asked.eq(asked + asks), room.eq(room - asks + words.r_en)]
+        with m.If(self.i.ready):
+            m.d.sync += begun.eq(0)
+        with m.Elif(self.i.valid):
+            m.d.sync += begun.eq(1)
 
         # Two words are a ray, four rays a packet.
         fmt = self.config.fmt
-        half = data.View(ray_word(fmt), words.r_data[: ray_word(fmt).size])
-        origin = Signal.like(half)
+        half = data.View(ray_word(fmt), words.o.payload[: ray_word(fmt).size])
         second = Signal()
         number = Signal(range(RAYS))
         given = self.o.valid & self.o.ready
         m.d.comb += [
+            words.o.ready.eq(~self.o.valid | self.o.ready),
             self.gives.eq(given & (number == RAYS - 1)),
-            self.o.valid.eq(words.r_rdy & second),
             self.o.p.number.eq(number),
-            self.o.p.ray.origin.eq(origin.point),
-            self.o.p.ray.t_min.eq(origin.t),
-            self.o.p.ray.direction.eq(half.point),
-            self.o.p.ray.t_max.eq(half.t),
-            words.r_en.eq(words.r_rdy & (~second | given)),
         ]
-        with m.If(words.r_en):
-            m.d.sync += second.eq(~second)
-            with m.If(~second):
-                m.d.sync += origin.eq(half)
+        with m.If(words.o.ready):
+            m.d.sync += self.o.valid.eq(words.o.valid & second)
+            with m.If(words.o.valid):
+                m.d.sync += second.eq(~second)
+            with m.If(second):
+                m.d.sync += [self.o.p.ray.direction.eq(half.point), self.o.p.ray.t_max.eq(half.t)]
+            with m.Else():
+                m.d.sync += [self.o.p.ray.origin.eq(half.point), self.o.p.ray.t_min.eq(half.t)]
 
-        done = Signal.like(self.i.p.packets)
-        m.d.comb += self.i.ready.eq(done == self.i.p.packets)
-        m.d.sync += [number.eq(number + given), done.eq(done + self.gives)]
-        with m.If(self.i.valid & self.i.ready):
-            m.d.sync += [asked.eq(0), done.eq(0)]
+        m.d.sync += number.eq(number + given)
+        with m.If(~begun):
+            m.d.sync += [left.eq(self.i.p.packets), some.eq(self.i.p.packets != 0)]
+        with m.Elif(self.gives):
+            m.d.sync += [left.eq(left - 1), some.eq(left != 1)]
         return m

@@ -1,4 +1,4 @@
-"""Decodes instructions and lets each go when its operands are there: the interlock."""
+"""Decodes instructions and lets each go when its operands are there."""
 
 from amaranth import *
 from amaranth.lib import data, enum, stream, wiring
@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.isa import INSTRUCTION_BITS, LAYOUTS, NODE_BITS, REGISTER_BITS, Opcode
+from hdl.update.interlock import Interlock
 
 
 class Stall(enum.Enum, shape=3):
@@ -28,8 +29,8 @@ MERGE2 = data.StructLayout(
 class Issue(wiring.Component):
     """Issues instructions in order, one a cycle, to the loader and the merge units.
 
-    No latency: an instruction leaves in the cycle in which it comes, or waits. A vertex
-    register can be read one cycle after `loaded`, a box register `config.box_latency` cycles
+    An instruction is looked at in the cycle in which it comes, and goes in the next, or waits. A
+    vertex register can be read one cycle after `loaded`, a box register `config.box_latency` cycles
     after the issue of the merge that writes it.
 
     Parameters
@@ -45,6 +46,7 @@ class Issue(wiring.Component):
     o_merge2 : Out(stream of {b, b0, b1, axis, node}), taken at once
     loaded : In(stream of registers), taken at once
     room : In(1), a node can be written
+    idle : Out(1), no instruction is here
     stall : Out(Stall), of this cycle
     """
 
@@ -55,6 +57,7 @@ class Issue(wiring.Component):
     loaded: stream.Interface
     start: Signal
     room: Signal
+    idle: Signal
     stall: Signal
 
     def __init__(self, config: Config):
@@ -70,14 +73,21 @@ class Issue(wiring.Component):
             "o_merge2": Out(stream.Signature(MERGE2, always_ready=True)),
             "loaded": In(stream.Signature(REGISTER_BITS, always_ready=True)),
             "room": In(1),
+            "idle": Out(1),
             "stall": Out(Stall),
         })
 
     def elaborate(self, platform):
         m = Module()
 
+        # The instruction that goes or waits.
+        word, valid, goes = Signal(INSTRUCTION_BITS, reset_less=True), Signal(), Signal()
+        step = Signal()
+        m.d.comb += [step.eq(~valid | goes), self.i.ready.eq(step), self.idle.eq(~valid)]
+        with m.If(step):
+            m.d.sync += [word.eq(self.i.payload), valid.eq(self.i.valid)]
         load, merge3, merge2, set_node = (
-            data.View(LAYOUTS[op], self.i.payload[: LAYOUTS[op].size]) for op in Opcode
+            data.View(LAYOUTS[op], word[: LAYOUTS[op].size]) for op in Opcode
         )
         node = Signal(NODE_BITS)
         m.d.comb += [
@@ -88,54 +98,41 @@ class Issue(wiring.Component):
             *(self.o_merge2.p[field].eq(merge2[field]) for field in ("b", "b0", "b1", "axis")),
         ]
 
-        # Vertex registers that a load under way will write.
-        loading = Signal(self.config.vertex_registers)
-        with m.If(self.loaded.valid):
-            m.d.sync += loading.bit_select(self.loaded.payload, 1).eq(0)
-
-        # Box registers that the merges under way will write, the youngest first.
-        merging = [
-            Signal(data.StructLayout({"valid": 1, "b": REGISTER_BITS}), name=f"merging_{age}")
-            for age in range(1, self.config.box_latency)
+        m.submodules.interlock = interlock = Interlock(self.config)
+        m.d.comb += [
+            interlock.next.eq(self.i.payload),
+            interlock.here.eq(word),
+            interlock.valid.eq(valid),
+            interlock.step.eq(step),
+            interlock.loaded.valid.eq(self.loaded.valid),
+            interlock.loaded.payload.eq(self.loaded.payload),
         ]
-        issued_b = Signal(data.StructLayout({"valid": 1, "b": REGISTER_BITS}))
-        m.d.comb += issued_b.valid.eq(self.o_merge3.valid | self.o_merge2.valid)
-        m.d.comb += issued_b.b.eq(merge3.b)
-        m.d.sync += [new.eq(old) for new, old in zip(merging, [issued_b, *merging], strict=False)]
 
-        def vertex_busy(v):
-            return loading.bit_select(v, 1)
-
-        def box_busy(b):
-            return Cat(entry.valid & (entry.b == b) for entry in merging).any()
-
-        with m.If(~self.i.valid):
+        with m.If(~valid):
             m.d.comb += self.stall.eq(Stall.FETCH)
         with m.Else(), m.Switch(load.opcode):
             with m.Case(Opcode.LOAD):
-                with m.If(vertex_busy(load.v)):
+                with m.If(interlock.load):
                     m.d.comb += self.stall.eq(Stall.VERTEX)
                 with m.Else():
-                    m.d.comb += [self.o_load.valid.eq(1), self.i.ready.eq(self.o_load.ready)]
-                    with m.If(self.o_load.ready):
-                        m.d.sync += loading.bit_select(load.v, 1).eq(1)
-                    with m.Else():
+                    m.d.comb += [self.o_load.valid.eq(1), goes.eq(self.o_load.ready)]
+                    with m.If(~self.o_load.ready):
                         m.d.comb += self.stall.eq(Stall.LOAD)
             with m.Case(Opcode.MERGE3):
-                with m.If(Cat(vertex_busy(merge3[v]) for v in ("v0", "v1", "v2")).any()):
+                with m.If(interlock.merge3):
                     m.d.comb += self.stall.eq(Stall.VERTEX)
                 with m.Else():
-                    m.d.comb += [self.o_merge3.valid.eq(1), self.i.ready.eq(1)]
+                    m.d.comb += [self.o_merge3.valid.eq(1), goes.eq(1)]
             with m.Case(Opcode.MERGE2):
-                with m.If(box_busy(merge2.b0) | box_busy(merge2.b1)):
+                with m.If(interlock.merge2):
                     m.d.comb += self.stall.eq(Stall.BOX)
                 with m.Elif(~self.room):
                     m.d.comb += self.stall.eq(Stall.WRITE)
                 with m.Else():
-                    m.d.comb += [self.o_merge2.valid.eq(1), self.i.ready.eq(1)]
+                    m.d.comb += [self.o_merge2.valid.eq(1), goes.eq(1)]
                     m.d.sync += node.eq(node + 1)
             with m.Case(Opcode.NODE):
-                m.d.comb += self.i.ready.eq(1)
+                m.d.comb += goes.eq(1)
                 m.d.sync += node.eq(set_node.node)
         with m.If(self.start):
             m.d.sync += node.eq(0)

@@ -8,13 +8,15 @@ from hdl import records
 from hdl.config import Config
 from hdl.isa import REGISTER_BITS, VERTEX_BITS
 from hdl.memory.port import Port, PortInterface
+from hdl.stream import Slice
 
 
 class Loader(wiring.Component):
     """Reads vertices by index, and gives each with the register it is for.
 
-    A load takes two cycles and what the memory takes; one load a cycle, as many under way as
-    there are vertex registers. Four loads wait for the port before one waits to enter.
+    A load takes two cycles and what the memory takes; one load a cycle. Two loads wait for the
+    port before one waits to enter. No more are under way than there are vertex registers: who asks
+    sees to it, since a register is loaded again only once it has its vertex.
 
     Parameters
     ----------
@@ -59,25 +61,24 @@ class Loader(wiring.Component):
         m = Module()
 
         request, response = self.port.request, self.port.response
-        m.submodules.waiting = waiting = fifo.SyncFIFO(width=self.config.address_bits, depth=4)
-        m.submodules.registers = registers = fifo.SyncFIFO(
+        m.submodules.waiting = waiting = Slice(self.config.address_bits)
+        m.submodules.registers = registers = fifo.SyncFIFOBuffered(
             width=REGISTER_BITS, depth=self.config.vertex_registers
         )
         entered = self.i.valid & self.i.ready
         m.d.comb += [
-            self.i.ready.eq(waiting.w_rdy & registers.w_rdy),
-            waiting.w_en.eq(entered),
-            waiting.w_data.eq(self.base + self.i.p.vertex),
+            self.i.ready.eq(waiting.i.ready),
+            waiting.i.valid.eq(self.i.valid),
+            waiting.i.p.eq(self.base + self.i.p.vertex),
             registers.w_en.eq(entered),
             registers.w_data.eq(self.i.p.v),
-            request.valid.eq(waiting.r_rdy),
-            request.p.address.eq(waiting.r_data),
-            waiting.r_en.eq(request.ready),
-            response.ready.eq(1),
+            request.valid.eq(waiting.o.valid),
+            request.p.address.eq(waiting.o.p),
+            waiting.o.ready.eq(request.ready),
             registers.r_en.eq(response.valid),
             self.o.valid.eq(response.valid),
             self.o.p.v.eq(registers.r_data),
             self.o.p.vertex.eq(response.payload),
-            self.idle.eq(~registers.r_rdy),
+            self.idle.eq(registers.level == 0),
         ]
         return m

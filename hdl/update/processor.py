@@ -1,5 +1,7 @@
 """The update processor: runs an instruction stream, and writes the bounds of every node."""
 
+from itertools import pairwise
+
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -23,7 +25,8 @@ COUNTERS = data.StructLayout(
     | {"drain": 32}
 )
 """Cycles of a run: one an instruction, those of each cause of stall, and those after the last
-instruction until the last node is written. Their sum is the length of the run."""
+instruction until the last node is written. Their sum is the length of the run. The cycle in which a
+job is handed on counts as one without an instruction to fetch."""
 
 
 def job(config: Config) -> data.StructLayout:
@@ -40,7 +43,9 @@ class UpdateProcessor(wiring.Component):
 
     One instruction a cycle, in order, at any timing of the memory: an instruction waits until
     its operands are there. A box can be merged again `config.box_latency` cycles after its merge, a
-    vertex once the memory has answered. (Woop, Marmitt, Slusallek 2006, update processor.)
+    vertex `config.load_latency` cycles after its load, if the memory answers within
+    `config.latency`. A job begins one cycle after it was taken. (Woop, Marmitt, Slusallek 2006,
+    update processor.)
 
     ::
 
@@ -83,15 +88,38 @@ class UpdateProcessor(wiring.Component):
         m.submodules.loader = loader = Loader(config)
         m.submodules.merge3 = merge3 = Merge3(config.fmt)
         m.submodules.merge2 = merge2 = Merge2(config.fmt)
-        m.submodules.writer = writer = Writer(config, slack=3)
         m.submodules.arbiter = arbiter = Arbiter(
             config, clients=3, outstanding=fetch.depth + config.vertex_registers
         )
         # Whether an instruction goes is known late in its cycle.
         m.submodules.next = next_instruction = Slice(INSTRUCTION_BITS)
+        m.submodules.next_load = next_load = Slice(issue.o_load.payload.shape())
         wiring.connect(m, fetch.o, next_instruction.i)
         wiring.connect(m, next_instruction.o, issue.i)
-        wiring.connect(m, issue.o_load, loader.i)
+        wiring.connect(m, issue.o_load, next_load.i)
+        wiring.connect(m, next_load.o, loader.i)
+
+        # What does not pass the registers and the merge units goes beside them.
+        beside = data.StructLayout({
+            "merge3": 1,
+            "merge2": 1,
+            "b": REGISTER_BITS,
+            "axis": issue.o_merge2.p.axis.shape(),
+            "node": NODE_BITS,
+        })
+        issued = Signal(beside)
+        stages = [Signal(beside, name=name) for name in ("reading", "merging", "writing")]
+        _, merging, writing = stages
+        m.d.comb += [
+            issued.merge3.eq(issue.o_merge3.valid),
+            issued.merge2.eq(issue.o_merge2.valid),
+            issued.b.eq(issue.o_merge3.p.b),  # the same bits in MERGE2
+            issued.axis.eq(issue.o_merge2.p.axis),
+            issued.node.eq(issue.o_merge2.p.node),
+        ]
+        m.d.sync += [stage.eq(before) for before, stage in pairwise([issued, *stages])]
+        m.submodules.writer = writer = Writer(config, slack=len(stages))
+
         # Instructions first, since nothing goes on without them and they ask for little. Nodes
         # last, since nothing waits for them but a full writer.
         for client, unit in zip(arbiter.clients, (fetch, loader, writer), strict=True):
@@ -121,25 +149,6 @@ class UpdateProcessor(wiring.Component):
         for reader, b in enumerate(("b0", "b1")):
             m.d.comb += boxes.indices[reader].eq(issue.o_merge2.p[b])
             m.d.comb += merge2.i.p[b].eq(boxes.values[reader])
-        # What does not pass the registers and the merge units goes beside them.
-        beside = data.StructLayout({
-            "merge3": 1,
-            "merge2": 1,
-            "b": REGISTER_BITS,
-            "axis": issue.o_merge2.p.axis.shape(),
-            "node": NODE_BITS,
-        })
-        issued, reading, merging, writing = (
-            Signal(beside, name=stage) for stage in ("issued", "reading", "merging", "writing")
-        )
-        m.d.comb += [
-            issued.merge3.eq(issue.o_merge3.valid),
-            issued.merge2.eq(issue.o_merge2.valid),
-            issued.b.eq(issue.o_merge3.p.b),  # the same bits in MERGE2
-            issued.axis.eq(issue.o_merge2.p.axis),
-            issued.node.eq(issue.o_merge2.p.node),
-        ]
-        m.d.sync += [reading.eq(issued), merging.eq(reading), writing.eq(merging)]
         # two cycles later: merge
         m.d.comb += [
             merge3.i.valid.eq(merging.merge3),
@@ -148,6 +157,8 @@ class UpdateProcessor(wiring.Component):
         ]
         # the cycle after: write
         m.d.comb += [
+            boxes.coming.valid.eq(merging.merge3 | merging.merge2),
+            boxes.coming.payload.eq(merging.b),
             boxes.i.valid.eq(merge3.o.valid | merge2.o.valid),
             boxes.i.p.index.eq(writing.b),
             boxes.i.p.value.eq(Mux(merge3.o.valid, merge3.o.payload, merge2.o.p.box)),
@@ -158,37 +169,40 @@ class UpdateProcessor(wiring.Component):
             writer.i.p.bounds.eq(merge2.o.p.bounds),
         ]
 
-        # A job begins, and ends when nothing is under way.
-        begin = self.i.valid & self.i.ready
+        # A job is taken, begins, and ends when nothing is under way.
+        job, begins = Signal.like(self.i.p, reset_less=True), Signal()
         m.d.comb += [
             self.i.ready.eq(~self.busy),
-            fetch.i.valid.eq(begin),
-            fetch.i.payload.eq(self.i.p.program),
-            issue.start.eq(begin),
+            fetch.i.valid.eq(begins),
+            fetch.i.payload.eq(job.program),
+            issue.start.eq(begins),
+            loader.base.eq(job.vertices),
+            writer.base.eq(job.nodes),
         ]
-        stages = [Cat(stage.merge3, stage.merge2) for stage in (reading, merging, writing)]
-        issued_all = fetch.idle & ~issue.i.valid
-        idle = issued_all & loader.idle & ~Cat(stages).any() & writer.idle
-        with m.If(begin):
+        m.d.sync += begins.eq(self.i.valid & ~self.busy)
+        issued_all = fetch.idle & ~begins & ~next_instruction.o.valid & issue.idle
+        merges = Cat(Cat(stage.merge3, stage.merge2) for stage in stages).any()
+        idle = issued_all & ~next_load.o.valid & loader.idle & ~merges & writer.idle
+        with m.If(~self.busy):
+            m.d.sync += [job.eq(self.i.p), self.busy.eq(self.i.valid)]
+        with m.Elif(idle & ~self.port.request.valid):
+            m.d.sync += self.busy.eq(0)
+
+        # What a cycle was is known late in it, and counted in the next. So the last one is not
+        # counted when it comes, but with the first: there is nothing left to issue in it.
+        first_was, was = Signal(), Signal(range(len(COUNTERS.members)))
+        m.d.sync += [
+            first_was.eq(begins),
+            was.eq(Mux(issued_all, len(Stall), issue.stall.as_value())),
+        ]
+        with m.If(first_was):
             m.d.sync += [
-                self.busy.eq(1),
-                loader.base.eq(self.i.p.vertices),
-                writer.base.eq(self.i.p.nodes),
                 self.counters.eq(0),
+                self.counters.fetch.eq(1),
+                self.counters.drain.eq(1),
             ]
-        with m.Elif(self.busy):
-            with m.If(idle & ~self.port.request.valid):
-                m.d.sync += self.busy.eq(0)
-            self._count(m, issued_all, issue.stall)
+        with m.Elif(self.busy), m.Switch(was):
+            for index, name in enumerate(COUNTERS.members):
+                with m.Case(index):
+                    m.d.sync += self.counters[name].eq(self.counters[name] + 1)
         return m
-
-    def _count(self, m: Module, issued_all: Value, stall: Signal):
-        def count(name):
-            m.d.sync += self.counters[name].eq(self.counters[name] + 1)
-
-        with m.If(issued_all):
-            count("drain")
-        with m.Else(), m.Switch(stall):
-            for cause in Stall:
-                with m.Case(cause):
-                    count(cause.name.lower() if cause.value else "instructions")

@@ -14,6 +14,8 @@ class RegisterFile(wiring.Component):
     write is seen by reads whose index comes after it; where the file forwards, by those of the
     same cycle and of the one before too.
 
+    What is written is then told a cycle before, since values go to many places.
+
     Parameters
     ----------
     shape : Layout
@@ -26,11 +28,13 @@ class RegisterFile(wiring.Component):
     Members
     -------
     i : In(stream of {index, value}), taken at once
+    coming : In(stream of index), that `i` has in the next cycle; where the file forwards
     indices : In(index) for each reader
     values : Out(shape) for each reader
     """
 
     i: stream.Interface
+    coming: stream.Interface
     indices: list[Signal]
     values: list[data.View]
 
@@ -39,17 +43,19 @@ class RegisterFile(wiring.Component):
         self.depth = depth
         self.forwards = forwards
         entry = data.StructLayout({"index": REGISTER_BITS, "value": shape})
+        coming = {"coming": In(stream.Signature(REGISTER_BITS, always_ready=True))}
         super().__init__({
             "i": In(stream.Signature(entry, always_ready=True)),
+            **(coming if forwards else {}),
             "indices": In(REGISTER_BITS).array(reads),
             "values": Out(shape).array(reads),
         })
 
     def elaborate(self, platform):
         m = Module()
-        last = Signal.like(self.i.p, reset_less=True)
-        last_valid = Signal()
-        m.d.sync += [last.eq(self.i.p), last_valid.eq(self.i.valid)]
+        if self.forwards:
+            last = Signal(self.shape, reset_less=True)
+            m.d.sync += last.eq(self.i.p.value)
         for copy, (index, value) in enumerate(zip(self.indices, self.values, strict=True)):
             registers = memory.Memory(shape=self.shape, depth=self.depth, init=[])
             m.submodules[f"copy_{copy}"] = registers
@@ -60,11 +66,15 @@ class RegisterFile(wiring.Component):
                 writes.data.eq(self.i.p.value),
                 reads.addr.eq(index),
             ]
-            wanted = Signal.like(index, name=f"wanted_{copy}")
-            m.d.sync += [wanted.eq(index), value.eq(reads.data)]
+            m.d.sync += value.eq(reads.data)
             if self.forwards:
-                with m.If(self.i.valid & (self.i.p.index == wanted)):
+                from_i, from_last = Signal(name=f"from_i_{copy}"), Signal(name=f"from_last_{copy}")
+                m.d.sync += [
+                    from_i.eq(self.coming.valid & (self.coming.payload == index)),
+                    from_last.eq(self.i.valid & (self.i.p.index == index)),
+                ]
+                with m.If(from_i):
                     m.d.sync += value.eq(self.i.p.value)
-                with m.Elif(last_valid & (last.index == wanted)):
-                    m.d.sync += value.eq(last.value)
+                with m.Elif(from_last):
+                    m.d.sync += value.eq(last)
         return m

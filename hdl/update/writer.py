@@ -8,10 +8,11 @@ from hdl import records
 from hdl.config import Config
 from hdl.isa import NODE_BITS
 from hdl.memory.port import Port, PortInterface
+from hdl.stream import Slice
 
 
 class Writer(wiring.Component):
-    """Writes nodes in the order in which they come; one a cycle, one cycle to the port.
+    """Writes nodes in the order in which they come; one a cycle, two cycles to the port.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ class Writer(wiring.Component):
                 )
             ),
             "port": Out(Port(config)),
-            "room": Out(1),
+            "room": Out(1, init=1),
             "idle": Out(1),
         })
 
@@ -62,22 +63,25 @@ class Writer(wiring.Component):
             "bounds": records.bounds(self.config.fmt),
         })
         m.submodules.waiting = waiting = fifo.SyncFIFO(width=entry.size, depth=self.depth)
+        m.submodules.next = following = Slice(entry)
+        # Told a cycle late: with the node that enters, and without the one that leaves.
+        m.d.sync += self.room.eq(waiting.level + self.i.valid < self.depth - self.slack)
         entering = Signal(entry)
-        leaving = Signal(entry)
         m.d.comb += [
             entering.address.eq(self.base + self.i.p.node),
             entering.bounds.eq(self.i.p.bounds),
             waiting.w_data.eq(entering),
             waiting.w_en.eq(self.i.valid),
             self.i.ready.eq(waiting.w_rdy),
-            self.room.eq(waiting.w_level < self.depth - self.slack),
-            leaving.eq(waiting.r_data),
-            request.valid.eq(waiting.r_rdy),
-            request.p.address.eq(leaving.address),
+            following.i.valid.eq(waiting.r_rdy),
+            following.i.p.as_value().eq(waiting.r_data),
+            waiting.r_en.eq(following.i.ready),
+            request.valid.eq(following.o.valid),
+            request.p.address.eq(following.o.p.address),
             request.p.write.eq(1),
             request.p.mask.eq((1 << records.bound_bytes(self.config.fmt)) - 1),
-            request.p.data.eq(leaving.bounds),
-            waiting.r_en.eq(request.ready),
-            self.idle.eq(~waiting.r_rdy),
+            request.p.data.eq(following.o.p.bounds),
+            following.o.ready.eq(request.ready),
+            self.idle.eq(~waiting.r_rdy & ~following.o.valid),
         ]
         return m

@@ -104,7 +104,6 @@ class Bench(wiring.Component):
             i_request_mask=Cat(request.p.mask for request in requests),
             i_request_data=Cat(request.p.data for request in requests),
             o_response_valid=response_valid,
-            i_response_ready=Cat(response.ready for response in responses),
             o_response_data=response_data,
             **{f"i_{k}": getattr(self, k) for k in ("latency", "stall", "seed")},
             **{f"i_{k}": getattr(self, k) for k in ("load", "dump", "first", "last")},

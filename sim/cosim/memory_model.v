@@ -21,7 +21,6 @@ module memory_model #(
     input wire [PORTS*WORD_BITS/8-1:0] request_mask,
     input wire [PORTS*WORD_BITS-1:0] request_data,
     output reg [PORTS-1:0] response_valid,
-    input wire [PORTS-1:0] response_ready,
     output reg [PORTS*WORD_BITS-1:0] response_data,
     output reg outside,  // an address was beyond the memory; until reset
 
@@ -79,14 +78,12 @@ module memory_model #(
                         tail[p] = tail[p] + 1;
                     end
                 end
-                if (!response_valid[p] || response_ready[p]) begin
-                    if (head[p] != tail[p] && due[{p[20:0], head[p]}] <= now
-                            && random[31:16] >= stall) begin
-                        response_valid[p] <= 1;
-                        response_data[p*WORD_BITS+:WORD_BITS] <= reads[{p[20:0], head[p]}];
-                        head[p] = head[p] + 1;
-                    end else response_valid[p] <= 0;
-                end
+                if (head[p] != tail[p] && due[{p[20:0], head[p]}] <= now
+                        && random[31:16] >= stall) begin
+                    response_valid[p] <= 1;
+                    response_data[p*WORD_BITS+:WORD_BITS] <= reads[{p[20:0], head[p]}];
+                    head[p] = head[p] + 1;
+                end else response_valid[p] <= 0;
                 accepts[p] <= random[15:0] >= stall;
                 under_way = tail[p] - head[p];
                 full[p] <= under_way == 10'h3ff;

@@ -51,6 +51,7 @@ async def every_word_is_right(dut, idle, busy, spread):
     memory = await begin(dut, latency=random.randint(1, 40), busy=busy)
     cocotb.start_soon(put(dut, "cache__reads__request", [request(*one) for one in asked], idle))
     check(memory, asked, await collect(dut, "cache__reads__response", count))
+    await RisingEdge(dut.clk)
     hits, misses = int(dut.cache__hits.value), int(dut.cache__misses.value)
     assert misses == len(memory.requests) and hits + misses == count
     assert memory.most_under_way <= MISSES

@@ -108,7 +108,7 @@ async def sustains_one_a_cycle(dut, shared):
     cycles: list[int] = []
     found = await take(dut, f"{name}__o", length, cycles=cycles)
     assert found == instructions(config, memory.words, 1, length)
-    assert cycles[0] == memory.responses[0] + 2
+    assert cycles[0] == memory.responses[0] + 1
     assert cycles == list(range(cycles[0], cycles[0] + length))
 
 

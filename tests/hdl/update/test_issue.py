@@ -77,6 +77,7 @@ class Bench:
         self.board = Scoreboard(self.config)
         self.seen: Counter = Counter()  # cycles of each stall
         self.loading: deque[int] = deque()
+        self.here = None  # the instruction that goes or waits
 
     def port(self, name):
         return getattr(self.dut, f"{self.name}__{name}")
@@ -85,11 +86,15 @@ class Bench:
         names = ("start", "room", "i__valid", "o_load__ready", "loaded__valid")
         await start(self.dut, **{f"{self.name}__{port}": 0 for port in names})
 
-    async def cycle(self, word=None, *, room=True, load_ready=True, loaded=False, new=False):
-        """One cycle, in which `word` is offered. Whether it went; all outputs are checked."""
-        self.port("i__valid").value = word is not None
-        if word is not None:
-            self.port("i__payload").value = word
+    async def cycle(self, coming=None, *, room=True, load_ready=True, loaded=False, new=False):
+        """One cycle, in which `coming` is offered. Whether it was taken; all outputs are checked.
+
+        What was taken is here in the next cycle: goes, or waits.
+        """
+        word = self.here
+        self.port("i__valid").value = coming is not None
+        if coming is not None:
+            self.port("i__payload").value = coming
         self.port("room").value = room
         self.port("o_load__ready").value = load_ready
         self.port("loaded__valid").value = loaded
@@ -107,8 +112,9 @@ class Bench:
         found = Stall(self.port("stall").value.to_unsigned())
         assert found is stall, f"{found}, not {stall}"
         opcode = None if word is None else Opcode(word & 3)
-        if word is not None:
-            assert bool(self.port("i__ready").value) == goes
+        steps = goes or word is None
+        assert bool(self.port("i__ready").value) == steps
+        assert bool(self.port("idle").value) == (word is None)
         # A load is offered until it is taken.
         load = opcode is Opcode.LOAD and stall in (Stall.NONE, Stall.LOAD)
         assert bool(self.port("o_load__valid").value) == load
@@ -135,7 +141,9 @@ class Bench:
                 self.loading.append(f["v"])
         if new:
             self.board.node = 0
-        return goes
+        if steps:
+            self.here = coming
+        return steps
 
     def _found(self, port: str, widths: dict[str, int]) -> dict[str, int]:
         bits, fields = self.port(f"{port}__payload").value.to_unsigned(), {}
@@ -144,12 +152,16 @@ class Bench:
             bits >>= width
         return fields
 
-    async def issue(self, word) -> list[Stall]:
-        """Offer an instruction until it goes; the causes for which it waited."""
+    async def issue(self, *words) -> list[Stall]:
+        """Offer instructions one after the other, None: none; the causes for which they waited."""
         before = self.seen.copy()
-        while not await self.cycle(word):
-            assert sum(self.seen.values()) < 10_000, "never goes"
-        return list((self.seen - before - Counter([Stall.NONE])).elements())
+        for word in words:
+            while not await self.cycle(word):
+                assert sum(self.seen.values()) < 10_000, "never goes"
+        while self.here is not None:
+            await self.cycle()
+        waits = self.seen - before
+        return [stall for stall in waits.elements() if stall not in (Stall.NONE, Stall.FETCH)]
 
 
 @cocotb.test(timeout_time=1, timeout_unit="ms")
@@ -178,7 +190,7 @@ async def any_instructions_at_any_time(dut, hurry):
         return instruction(opcode, **operands)
 
     word = None
-    for _ in range(2500):
+    for _ in range(5000):
         if word is None and random.random() < hurry:
             word = random_instruction()
         went = await bench.cycle(
@@ -186,7 +198,7 @@ async def any_instructions_at_any_time(dut, hurry):
             room=random.random() < 0.8,
             load_ready=random.random() < 0.8,
             loaded=bool(bench.loading) and random.random() < 0.4,
-            new=word is None and random.random() < 0.1,
+            new=bench.here is None and random.random() < 0.1,
         )
         if went:
             word = None
@@ -208,11 +220,9 @@ async def a_box_waits_out_its_merge_at_each_age(dut):
             for age in range(1, bench.config.box_latency + 2):
                 for _ in range(bench.config.box_latency):
                     await bench.cycle()  # nothing under way
-                assert not await bench.issue(writer)
-                for _ in range(age - 1):
-                    await bench.cycle()
                 waits = max(0, bench.config.box_latency - age) if 0 in (b0, b1) else 0
-                assert await bench.issue(reader) == [Stall.BOX] * waits
+                found = await bench.issue(writer, *[None] * (age - 1), reader)
+                assert found == [Stall.BOX] * waits
 
 
 @cocotb.test(timeout_time=1, timeout_unit="ms")
@@ -226,13 +236,23 @@ async def a_vertex_waits_for_its_load(dut):
     ]
     readers.append(instruction(Opcode.LOAD, v=last, vertex=1))
     for reader in readers:
-        assert not await bench.issue(instruction(Opcode.LOAD, v=last, vertex=7))
-        # One of other registers goes on.
-        assert not await bench.issue(instruction(Opcode.MERGE3, b=0, v0=0, v1=1, v2=0))
-        for _ in range(5):
-            assert not await bench.cycle(reader)
-        assert not await bench.cycle(reader, loaded=True)
-        assert await bench.cycle(reader), "one cycle after the vertex came"
+        load = instruction(Opcode.LOAD, v=last, vertex=7)
+        other = instruction(Opcode.MERGE3, b=0, v0=0, v1=1, v2=0)  # goes on
+        for early in (0, 1):  # the vertex comes as the reader waits, or as it comes itself
+            assert not await bench.issue(load, other)
+            if not early:
+                assert await bench.cycle(reader)
+                for _ in range(5):
+                    assert not await bench.cycle()
+            assert bool(early) == await bench.cycle(reader if early else None, loaded=True)
+            assert await bench.cycle(), "one cycle after the vertex came"
+            while bench.loading:
+                await bench.cycle(loaded=True)
+        # Right behind the load.
+        assert await bench.cycle(load) and await bench.cycle(reader)
+        assert not await bench.cycle()
+        assert not await bench.cycle(loaded=True)
+        assert await bench.cycle()
         while bench.loading:
             await bench.cycle(loaded=True)
 

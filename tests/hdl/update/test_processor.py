@@ -212,13 +212,13 @@ def test_empty_program(checked, stalls):
     checked.machine.reset(Timing(5, stalls))
     for _ in range(2):
         counters = checked.run(place(checked, [], nodes=0))
-        assert sum(counters.values()) == counters["drain"] == 1
+        assert {k: n for k, n in counters.items() if n} == {"fetch": 1, "drain": 1}
 
 
 def test_loads_wait_for_the_port(checked):
     """Loads come to a memory that stalls faster than it takes them."""
     registers = checked.config.vertex_registers
-    if registers < 6:
+    if registers < 12:
         pytest.skip("as many loads wait for the port as there are registers")
     checked.machine.reset(Timing(checked.config.latency, 0.8))
     counters = checked.run(place(checked, [f"LOAD v{k}, 1" for k in range(registers)], nodes=0))

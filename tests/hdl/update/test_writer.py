@@ -113,7 +113,7 @@ async def writes_in_order(dut, busy, idle):
     await bench.send(400, idle)
     await bench.finish()
     if not busy:
-        assert [r.cycle for r in bench.memory.requests] == [c + 1 for c in bench.cycles]
+        assert [r.cycle for r in bench.memory.requests] == [c + 2 for c in bench.cycles]
     if not busy and not idle and bench.slack < Writer.depth - 1:
         assert len(bench.sent) == 400, "one a cycle"
 
@@ -123,7 +123,7 @@ async def room_for_all_that_is_promised(dut):
     bench = Bench(dut)
     memory = await bench.begin(period=1 << 30)  # takes nothing
     await bench.send(60)
-    assert len(bench.sent) == Writer.depth
+    assert 0 <= len(bench.sent) - Writer.depth <= 2, "two are at the port"
     memory.period = 1
     await bench.finish()
 
