@@ -9,6 +9,7 @@ from hdl.memory.ahead import Ahead
 from hdl.memory.port import Port, PortInterface
 from hdl.rays.packet import RAYS, ray_word
 from hdl.rays.setup import setup_ray
+from hdl.stream import Slice
 
 WORDS = 2 * RAYS
 """Memory words of a packet's rays."""
@@ -46,7 +47,7 @@ class Source(wiring.Component):
         self.config = config
         # Words that the memory's latency and that of the units on the way to it ask for, and those
         # that wait to be a packet.
-        self.depth = config.latency + 10 + WORDS
+        self.depth = config.latency + 11 + WORDS
         super().__init__({
             "i": In(stream.Signature(rays(config))),
             "o": Out(stream.Signature(setup_ray(config))),
@@ -58,7 +59,14 @@ class Source(wiring.Component):
         m = Module()
 
         m.submodules.words = words = Ahead(self.config, depth=self.depth, block=WORDS)
-        wiring.connect(m, words.port, wiring.flipped(self.port))
+        # Rays are asked for last: whether they are is known late.
+        m.submodules.next_ask = next_ask = Slice(self.port.request.p.shape())
+        wiring.connect(m, words.port.request, next_ask.i)
+        wiring.connect(m, next_ask.o, wiring.flipped(self.port.request))
+        m.d.comb += [
+            words.port.response.valid.eq(self.port.response.valid),
+            words.port.response.payload.eq(self.port.response.payload),
+        ]
         begun = Signal()
         left = Signal.like(self.i.p.packets)
         some = Signal()  # left is not 0
