@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
+from amaranth import Const, Value
 from amaranth.back import verilog
 
 from fpga.families import FAMILIES, RESOURCES, Family
@@ -42,7 +43,10 @@ def resources(
 
 
 def _verilog(config: Config) -> str:
-    return verilog.convert(Core(config), name=TOP, emit_src=False)
+    core = Core(config)
+    members = [Value.cast(value) for *_, value in core.signature.flatten(core)]
+    ports = [value for value in members if not isinstance(value, Const)]
+    return verilog.convert(core, ports=ports, name=TOP, emit_src=False)
 
 
 def _synthesise(text: str, family: Family) -> dict[str, str]:

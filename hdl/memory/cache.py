@@ -32,7 +32,7 @@ class Cache(wiring.Component):
     -------
     reads : In(Reads)
     port : Out(Port), reads only
-    clear : In(1), forget everything, as after reset: takes `words` cycles without a request
+    clear : In(1), forget everything, as after reset: takes `words` + 1 cycles without a request
     hits, misses : Out(32), requests since the last clear, a cycle after the hit or miss is known
     """
 
@@ -97,12 +97,14 @@ class Cache(wiring.Component):
         s0, s1, s2 = (Signal(stages, name=f"s{k}") for k in range(3))
         clearing = Signal(init=1)
         room = Signal(range(self.under_way + 1), init=self.under_way)
+        free = Signal()  # there is room, and nothing is cleared
+        taken = request.valid & request.ready
         again = Signal(stages)
         m.d.sync += [again.valid.eq(filled), again.request.eq(asked)]
         m.d.comb += [
             again.again.eq(1),
-            request.ready.eq(~again.valid & (room != 0) & ~clearing),
-            s0.valid.eq(request.valid & request.ready),
+            request.ready.eq(~again.valid & free),
+            s0.valid.eq(taken),
             s0.request.eq(request.p),
         ]
         with m.If(again.valid):
@@ -128,7 +130,8 @@ class Cache(wiring.Component):
             response.valid.eq(given),
             response.p.tag.eq(s2.request.tag),
             response.p.word.eq(found.word),
-            room.eq(room - (request.valid & request.ready) + given),
+            room.eq(room - taken + given),
+            free.eq(Mux(taken, room > 1, room != 0) & ~clearing & ~self.clear),
             self.hits.eq(self.hits + was_hit),
             self.misses.eq(self.misses + asks.w_en),
         ]

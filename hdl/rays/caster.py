@@ -154,8 +154,8 @@ class RayCaster(wiring.Component):
         begins = self.i.valid & ~begun
         given = Mux(job.camera, camera.i.ready, source.i.ready)
         written = (recorder.written == packets) & ~self.hits.request.valid
-        m.d.comb += self.i.ready.eq(begun & ~giving & written)
         m.d.sync += [
+            self.i.ready.eq(begun & ~giving & written & ~self.i.ready),
             gives.eq(camera.gives | source.gives),  # known late in its cycle
             packets.eq(Mux(begins, 0, packets + gives)),
         ]

@@ -77,6 +77,8 @@ class Recorder(wiring.Component):
             request.p.write.eq(1),
             request.p.mask.eq(~0),
             request.p.data.eq(waiting.hit),
+        ]
+        m.d.sync += [
             self.o_free.valid.eq(request.valid & request.ready & (waiting.number == RAYS - 1)),
             self.o_free.p.eq(waiting.packet),
         ]
