@@ -124,14 +124,20 @@ class Corners(wiring.Component):
                     reads.p.address.eq(self.triangles + test.triangle),
                 ]
 
-        # Which of the corners are there.
+        # Which of the corners are there; the cycle after each, whether they are all.
         there = Signal(data.ArrayLayout(RECORD, packets))
+        came, packet, complete = Signal(), Signal.like(self.packet), Signal()
         is_corner = self.i_words.valid & (word.tag.part != RECORD)
-        now = Signal(RECORD)
-        m.d.comb += now.eq(there[word.tag.packet] | (1 << word.tag.part))
-        m.d.sync += [ready.w_en.eq(is_corner & now.all()), ready.w_data.eq(word.tag.packet)]
+        m.d.sync += [came.eq(is_corner), packet.eq(word.tag.packet)]
+        m.d.comb += [
+            complete.eq(came & Cat(parts.all() for parts in there).bit_select(packet, 1)),
+            ready.w_en.eq(complete),
+            ready.w_data.eq(packet),
+        ]
         with m.If(is_corner):
-            m.d.sync += there[word.tag.packet].eq(Mux(now.all(), 0, now))
+            m.d.sync += there[word.tag.packet].bit_select(word.tag.part, 1).eq(1)
+        with m.If(complete):
+            m.d.sync += there[packet].eq(0)
         for index, corner in enumerate(CORNERS):
             kept = memory.Memory(
                 shape=records.vertex(self.config.fmt), depth=packets, init=[], attrs=BLOCK_RAM

@@ -60,10 +60,14 @@ class Source(wiring.Component):
 
         m.submodules.words = words = Ahead(self.config, depth=self.depth, block=WORDS)
         # Rays are asked for last: whether they are is known late.
-        m.submodules.next_ask = next_ask = Slice(self.port.request.p.shape())
-        wiring.connect(m, words.port.request, next_ask.i)
-        wiring.connect(m, next_ask.o, wiring.flipped(self.port.request))
+        m.submodules.next_ask = next_ask = Slice(self.config.address_bits)
         m.d.comb += [
+            next_ask.i.valid.eq(words.port.request.valid),
+            next_ask.i.p.eq(words.port.request.p.address),
+            words.port.request.ready.eq(next_ask.i.ready),
+            self.port.request.valid.eq(next_ask.o.valid),
+            self.port.request.p.address.eq(next_ask.o.p),
+            next_ask.o.ready.eq(self.port.request.ready),
             words.port.response.valid.eq(self.port.response.valid),
             words.port.response.payload.eq(self.port.response.payload),
         ]
