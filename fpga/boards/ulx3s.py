@@ -7,7 +7,7 @@ from fpga.tools import version
 from hdl.config import ULX3S as CONFIG
 
 OSCILLATOR_MHZ = 25
-CLOCK_MHZ = 75
+CLOCK_MHZ = 50
 """Of the core, which closes at it: a multiple of 12.5, so that the PLL's loop runs at no less."""
 VCO_MHZ = 600
 """About what the PLL's oscillator runs at: 400 to 800."""

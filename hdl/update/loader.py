@@ -79,6 +79,6 @@ class Loader(wiring.Component):
             self.o.valid.eq(response.valid),
             self.o.p.v.eq(registers.r_data),
             self.o.p.vertex.eq(response.payload),
-            self.idle.eq(registers.level == 0),
+            self.idle.eq(registers.w_level == 0),
         ]
         return m

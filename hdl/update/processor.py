@@ -193,7 +193,7 @@ class UpdateProcessor(wiring.Component):
         first_was, was = Signal(), Signal(range(len(COUNTERS.members)))
         m.d.sync += [
             first_was.eq(begins),
-            was.eq(Mux(issued_all, len(Stall), issue.stall.as_value())),
+            was.eq(Mux(issued_all, len(Stall), Value.cast(issue.stall))),
         ]
         with m.If(first_was):
             m.d.sync += [

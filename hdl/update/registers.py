@@ -53,9 +53,8 @@ class RegisterFile(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        if self.forwards:
-            last = Signal(self.shape, reset_less=True)
-            m.d.sync += last.eq(self.i.p.value)
+        last = Signal(self.shape, reset_less=True)  # where it forwards
+        m.d.sync += last.eq(self.i.p.value)
         for copy, (index, value) in enumerate(zip(self.indices, self.values, strict=True)):
             registers = memory.Memory(shape=self.shape, depth=self.depth, init=[])
             m.submodules[f"copy_{copy}"] = registers

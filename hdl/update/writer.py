@@ -50,7 +50,7 @@ class Writer(wiring.Component):
                 )
             ),
             "port": Out(Port(config)),
-            "room": Out(1, init=1),
+            "room": Out(1),
             "idle": Out(1),
         })
 
@@ -65,7 +65,8 @@ class Writer(wiring.Component):
         m.submodules.waiting = waiting = fifo.SyncFIFO(width=entry.size, depth=self.depth)
         m.submodules.next = following = Slice(entry)
         # Told a cycle late: with the node that enters, and without the one that leaves.
-        m.d.sync += self.room.eq(waiting.level + self.i.valid < self.depth - self.slack)
+        room = Signal(init=1)
+        m.d.sync += room.eq(waiting.w_level + self.i.valid < self.depth - self.slack)
         entering = Signal(entry)
         m.d.comb += [
             entering.address.eq(self.base + self.i.p.node),
@@ -73,6 +74,7 @@ class Writer(wiring.Component):
             waiting.w_data.eq(entering),
             waiting.w_en.eq(self.i.valid),
             self.i.ready.eq(waiting.w_rdy),
+            self.room.eq(room),
             following.i.valid.eq(waiting.r_rdy),
             following.i.p.as_value().eq(waiting.r_data),
             waiting.r_en.eq(following.i.ready),
