@@ -79,7 +79,9 @@ def project(board: Board, content: Content, pins: dict[str, str], seed: int = 1)
         Of the placer, where that is nextpnr.
     """
     options = {
-        "nextpnr_opts": f"--seed {seed} {FOR_SPEED} --timing-allow-fail --report {REPORT}",
+        # router1, its default, takes hours for a memory this large
+        "nextpnr_opts": f"--seed {seed} --router router2 {FOR_SPEED} --timing-allow-fail"
+        f" --report {REPORT}",
         **board.overrides,
     }
     plan = board.platform(pins).prepare(Top(board, content), NAME, emit_src=False, **options)

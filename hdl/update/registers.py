@@ -53,8 +53,10 @@ class RegisterFile(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        last = Signal(self.shape, reset_less=True)  # where it forwards
-        m.d.sync += last.eq(self.i.p.value)
+        last = None
+        if self.forwards:
+            last = Signal(self.shape, reset_less=True)
+            m.d.sync += last.eq(self.i.p.value)
         for copy, (index, value) in enumerate(zip(self.indices, self.values, strict=True)):
             registers = memory.Memory(shape=self.shape, depth=self.depth, init=[])
             m.submodules[f"copy_{copy}"] = registers
@@ -66,7 +68,7 @@ class RegisterFile(wiring.Component):
                 reads.addr.eq(index),
             ]
             m.d.sync += value.eq(reads.data)
-            if self.forwards:
+            if last is not None:
                 from_i, from_last = Signal(name=f"from_i_{copy}"), Signal(name=f"from_last_{copy}")
                 m.d.sync += [
                     from_i.eq(self.coming.valid & (self.coming.payload == index)),
