@@ -10,9 +10,13 @@ from fpga.timing import AIM, DEVICE, GRADE, UNITS, timing
 from hdl.config import CONFIGS
 from sim.command import Parser
 from sim.console import print_tables, table
+from sim.errors import InputError
 from sim.files import check_writable, write_json
 
 EXAMPLE = "timing -c full --unit update"
+UPDATES = ("core", "update")
+"""Units that update trees."""
+
 TITLES = {
     "node_updates_per_second_peak": "node updates a second, at most",
     "node_updates_per_second": "node updates a second",
@@ -36,12 +40,18 @@ def arguments(parser: Parser):
 def run(options) -> int:
     """Place and route a unit for an ECP5: its clock, and what limits it."""
     check_writable(options.json)
+    config, unit = CONFIGS[options.config], options.unit
+    for option, does, units in (
+        ("update", "updates trees", UPDATES),
+        ("render", "casts rays", ("core",)),
+    ):
+        if getattr(options, option) and unit not in units:
+            raise InputError(f"--{option}: {unit} alone is not what {does}; take --unit {units[0]}")
     update = figures_of(options.update, "update", "cycles_per_triangle")
     render = figures_of(options.render, "render", "cycles_per_ray")
-    config, unit = CONFIGS[options.config], options.unit
     with Console(stderr=True).status("") as status:
         found = timing(config, unit, options.seed, status.update)
-    rates = throughput(found["fmax_mhz"], update, render)
+    rates = throughput(found["fmax_mhz"], update, render) if unit in UPDATES else {}
     print_tables(
         _summary(f"{unit} of {options.config}", found, options.seed),
         _path(found["path"]),

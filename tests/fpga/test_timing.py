@@ -83,17 +83,19 @@ def test_the_command_prints_writes_and_keeps(placed, run, tmp_path):
         x for pair in zip(("--json", "--update", "--render"), files, strict=True) for x in pair
     ]
     for _ in range(2):
-        code, out, _ = run("bkd-fpga", "timing", "-c", "tiny", "--unit", "update", *given)
+        code, out, _ = run("bkd-fpga", "timing", "-c", "tiny", *given)
         assert code == 0 and max(map(len, out.split("\n"))) <= 80
     assert placed == [1]
     assert all(
         word in out for word in ("91.5 MHz", "seed 1", "merge2.higher1_y", "2 M to 8 M", "ECP5")
     )
     figures = json.loads(files[0].read_text())
-    assert (figures["unit"], figures["seed"], figures["path"]) == ("update", 1, PATH)
+    assert (figures["unit"], figures["seed"], figures["path"]) == ("core", 1, PATH)
     assert figures["throughput"]["rays_per_second"] == 91.5e6 / 8
-    run("bkd-fpga", "timing", "-c", "tiny", "--unit", "update", "--seed", 2)
+    run("bkd-fpga", "timing", "-c", "tiny", "--seed", 2)
     assert placed == [1, 2]
+    run("bkd-fpga", "timing", "-c", "tiny", "--unit", "camera", "--json", files[0])
+    assert not json.loads(files[0].read_text())["throughput"]
 
 
 def test_a_unit_is_placed(monkeypatch, tmp_path):
@@ -113,6 +115,8 @@ def test_a_unit_is_placed(monkeypatch, tmp_path):
         (["--json", "no/such/r.json"], ["no/such/r.json"]),
         (["--update", "nothing.json"], ["nothing.json", "No such file"]),
         (["--render", __file__], ["cycles_per_ray", "bkd-sim render"]),
+        (["--unit", "update", "--render", "r.json"], ["--render", "update alone", "--unit core"]),
+        (["--unit", "rays", "--update", "u.json"], ["--update", "rays alone", "--unit core"]),
     ],
 )
 def test_bad_input_is_one_line(arguments, words, placed, run):
