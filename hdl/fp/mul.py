@@ -23,6 +23,7 @@ class Product(wiring.Component):
     sign : Out(1)
     exp : Out, of a significand from 1 to 2
     man : Out, below a hidden one; twice the bits of a mantissa, and one
+    significand : Out, from 1 to 4: with two bits before the point
     """
 
     a: data.View
@@ -30,6 +31,7 @@ class Product(wiring.Component):
     sign: Signal
     exp: Signal
     man: Signal
+    significand: Signal
 
     def __init__(self, fmt: FloatFormat, offset: int):
         self.offset = offset
@@ -40,12 +42,13 @@ class Product(wiring.Component):
             "sign": Out(1),
             "exp": Out(range(min(offset, 0), most + 1)),
             "man": Out(2 * fmt.man_bits + 1),
+            "significand": Out(2 * fmt.man_bits + 2),
         })
 
     def elaborate(self, platform):
         m = Module()
 
-        significand = Signal(len(self.man) + 1)
+        significand = self.significand
         two = significand[-1]
         exponent = Signal(len(self.a.exp) + 1)
         m.d.comb += [
@@ -114,7 +117,11 @@ class Mul(wiring.Component):
 
         m.submodules.round = rounder = Round(fmt, rounding, range(-fmt.bias, 3 * fmt.bias + 2))
         s1 = Signal(rounder.raw, reset_less=True)
-        m.d.comb += rounder.i.eq(s1)
+        # Whether there is more below the half, of four bits each: no more gates than the rest has.
+        two, low = product.significand[-1], product.significand[: fmt.man_bits]
+        parts = [low[k : min(k + 4, len(low) - 1)].any() for k in range(0, len(low) - 1, 4)]
+        more = Signal(len(parts) + 1, reset_less=True)
+        m.d.comb += [rounder.i.eq(s1), rounder.i.rest.eq(more.any())]
         with m.If(step):
             m.d.sync += Cat(valid, self.o.valid).eq(Cat(self.i.valid, valid))
             m.d.sync += [  # stage 1: multiply, normalise
@@ -123,7 +130,7 @@ class Mul(wiring.Component):
                 s1.zero.eq(zero),
                 s1.exp.eq(product.exp),
                 Cat(s1.half, s1.man).eq(product.man[fmt.man_bits :]),
-                s1.rest.eq(product.man[: fmt.man_bits].any()),
+                more.eq(Cat(*parts, two & low[-1])),
             ]
             m.d.sync += self.o.p.eq(rounder.o)  # stage 2: round
         return m
