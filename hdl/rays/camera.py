@@ -18,18 +18,19 @@ from hdl.stream import Landing
 
 
 def image(config: Config) -> data.StructLayout:
-    """What a camera sees.
+    """What a camera sees: an image, or some rows of it.
 
     origin : of all rays
     corner : direction of the first pixel
     right, down : by how much directions differ from a pixel to the next
     width, height : pixels, at least 1
+    top : the first row, even and less than `height`
     t_min, t_max : of all rays
     """
     vertex, pixels = records.vertex(config.fmt), pixel_bits(config.fmt)
     return data.StructLayout({
         **dict.fromkeys(("origin", "corner", "right", "down"), vertex),
-        **dict.fromkeys(("width", "height"), pixels),
+        **dict.fromkeys(("width", "height", "top"), pixels),
         **dict.fromkeys(("t_min", "t_max"), config.fmt.layout),
     })
 
@@ -39,7 +40,8 @@ class Camera(wiring.Component):
 
     The direction at column x, row y is (corner + x * right) + y * down, each operation rounded to
     nearest. Packets go along rows of 2 x 2 pixels, and so do the rays of a packet. Beyond the
-    image t_min is +inf and t_max -inf. 2 multipliers and 2 adders.
+    image t_min is +inf and t_max -inf. Rows are those of the image, wherever `top` begins. 2
+    multipliers and 2 adders.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ class Camera(wiring.Component):
     """
 
     last = 2 + Mul.latency + 2 * Add.latency  # cycles from an axis to its direction
-    latency = len(AXES) - 1 + last + Landing.latency
+    latency = 1 + len(AXES) - 1 + last + Landing.latency
     i: stream.Interface
     o: stream.Interface
     gives: Signal
@@ -80,7 +82,7 @@ class Camera(wiring.Component):
         m.submodules.landed = landed = Landing(pixel, room)
 
         # A pixel for one cycle an axis; what is known of it late is used with its last axis.
-        busy, all_entered = Signal(), Signal()
+        busy, begun, all_entered = Signal(), Signal(), Signal()
         axis = Signal(range(len(AXES)))
         number = Signal(range(RAYS))
         column, row = (Signal(len(i.width) - 1, name=name) for name in ("column", "row"))
@@ -91,7 +93,7 @@ class Camera(wiring.Component):
         done = busy & (axis == len(AXES) - 1)
         ends = (number == RAYS - 1) & row_ends & image_ends
         m.d.comb += [
-            landed.enters.eq(self.i.valid & landed.room & ~all_entered & (~busy | (done & ~ends))),
+            landed.enters.eq(begun & landed.room & ~all_entered & (~busy | (done & ~ends))),
             self.gives.eq(done & (number == RAYS - 1)),
         ]
         m.d.sync += [
@@ -104,10 +106,12 @@ class Camera(wiring.Component):
             m.d.sync += axis.eq(Mux(done, 0, axis + 1))
         with m.If(done):
             m.d.sync += [number.eq(number + 1), all_entered.eq(ends)]
+        with m.If(~begun):
+            m.d.sync += [begun.eq(self.i.valid), row.eq(i.top >> 1)]
         with m.If(self.gives):
             m.d.sync += column.eq(Mux(row_ends, 0, column + 1))
             with m.If(row_ends):
-                m.d.sync += row.eq(Mux(image_ends, 0, row + 1))
+                m.d.sync += row.eq(row + 1)
 
         # Nothing waits in the pipeline. The image stays as it is meanwhile.
         p = Pipeline()
@@ -164,7 +168,7 @@ class Camera(wiring.Component):
             self.i.ready.eq(o.valid & o.ready & pixel.ends),
         ]
         with m.If(self.i.ready):
-            m.d.sync += all_entered.eq(0)
+            m.d.sync += [all_entered.eq(0), begun.eq(0)]
         return m
 
 

@@ -1,6 +1,7 @@
 """Scenes and cameras as fields of a job, rays and hits as memory words."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +26,8 @@ class View:
     origin, corner, right, down : (3,) int64
     width, height : int
     t_min, t_max : int
+    top : int
+        Its first row, an even one: those above are not cast.
     """
 
     origin: np.ndarray
@@ -35,11 +38,18 @@ class View:
     height: int
     t_min: int
     t_max: int
+    top: int = 0
 
     @property
     def packets(self) -> int:
         """Packets of 2 x 2 pixels."""
-        return -(-self.width // 2) * -(-self.height // 2)
+        return -(-self.width // 2) * -(-(self.height - self.top) // 2)
+
+    def bands(self, packets: int) -> Iterator["View"]:
+        """The view in parts of whole rows, of no more packets each, or of one row of packets."""
+        rows = 2 * max(1, packets // -(-self.width // 2))
+        for top in range(self.top, self.height, rows):
+            yield replace(self, top=top, height=min(top + rows, self.height))
 
 
 def check_image(fmt: FloatFormat, width: int, height: int):
@@ -79,7 +89,8 @@ def image_fields(config: Config, view: View) -> dict:
         for name in ("origin", "corner", "right", "down")
     }
     limits = {"t_min": number(view.t_min), "t_max": number(view.t_max)}
-    return {**vectors, "width": view.width, "height": view.height, **limits}
+    pixels = {"width": view.width, "height": view.height, "top": view.top}
+    return {**vectors, **pixels, **limits}
 
 
 def ray_words(

@@ -18,7 +18,7 @@ SHADOW_ULPS = 128
 def camera_rays(fmt: FloatFormat, view: View) -> Rays:
     """The rays that the hardware makes of a view."""
     vectors = view.origin, view.corner, view.right, view.down
-    return camera(fmt, *vectors, view.width, view.height, view.t_min, view.t_max)
+    return camera(fmt, *vectors, view.width, view.height, view.t_min, view.t_max, view.top)
 
 
 def seen_by(

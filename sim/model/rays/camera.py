@@ -40,8 +40,9 @@ def camera(
     height: int,
     t_min: int,
     t_max: int,
+    top: int = 0,
 ) -> Rays:
-    """Rays of an image. All numbers but width and height are bit patterns.
+    """Rays of an image, or of its rows from `top` on. Numbers are bit patterns, but sizes are not.
 
     The direction at column x, row y is (corner + x * right) + y * down, each operation rounded to
     nearest. Packets go along rows of 2 x 2 pixels, and so do the rays of a packet.
@@ -54,16 +55,21 @@ def camera(
     width, height : int
         Pixels, at least 1.
     t_min, t_max : int
+    top : int
+        Even, and less than height.
 
     Raises
     ------
     ValueError
-        The format does not hold each column and row, or there is none.
+        The format does not hold each column and row, or there is none, or no packet begins at top.
     """
     columns, rows = np.arange(-(-width // 2) * 2), np.arange(-(-height // 2) * 2)
     for name, size, numbers in (("width", width, columns), ("height", height, rows)):
         if size < 1 or (decode(fmt, encode(fmt, numbers)) != numbers).any():
             raise ValueError(f"{name} {size} does not go with format {fmt}")
+    if top % 2 or not 0 <= top < height:
+        raise ValueError(f"row {top} of {height} does not begin a row of packets")
+    rows = rows[top:]
     # Axes: row of packets, column of packets, row in the packet, column in the packet.
     y = np.broadcast_to(rows.reshape(-1, 1, 2, 1), (len(rows) // 2, len(columns) // 2, 2, 2))
     x = np.broadcast_to(columns.reshape(1, -1, 1, 2), y.shape)

@@ -28,7 +28,7 @@ SIZES = [(1, 1), (2, 3), (3, 2), (6, 5), (1, 7), (7, 1)]
 WIDE = [(4001, 1), (1, 1025)]
 
 
-def cases(config: Config, rng, sizes) -> tuple[dict[str, tuple], list[int]]:
+def cases(config: Config, rng, sizes, bands) -> tuple[dict[str, tuple], list[int]]:
     """For each stream, its layout, and its payloads by the model; and the rays of each image."""
     fmt = config.fmt
     most = (1 << pixel_bits(fmt)) - 1
@@ -42,7 +42,8 @@ def cases(config: Config, rng, sizes) -> tuple[dict[str, tuple], list[int]]:
         if rng.random() < 0.3:
             vectors = weighted(fmt, rng, 4, 3)
         t_min, t_max = rng.integers(0, 1 << fmt.bits, 2)
-        rays = camera(fmt, *vectors, width, height, t_min, t_max)
+        top = int(2 * rng.integers((height + 1) // 2)) if bands else 0
+        rays = camera(fmt, *vectors, width, height, t_min, t_max, top)
         counts.append(len(rays.pixels))
         names = ("origin", "corner", "right", "down")
         by_axis = {
@@ -50,7 +51,8 @@ def cases(config: Config, rng, sizes) -> tuple[dict[str, tuple], list[int]]:
             for name, vector in zip(names, vectors, strict=True)
             for k, a in enumerate("xyz")
         }
-        limits = {"width": [width], "height": [height], "t_min": [t_min], "t_max": [t_max]}
+        limits = {"width": [width], "height": [height], "top": [top]}
+        limits |= {"t_min": [t_min], "t_max": [t_max]}
         rows["i"] += pack(layouts["i"], fmt, by_axis | limits)
         columns = {"number": np.arange(len(rays.pixels)) % RAYS}
         columns |= {"ray.t_min": rays.t_min, "ray.t_max": rays.t_max}
@@ -69,10 +71,10 @@ async def pulses(clk, signal, cycles: list[int]):
             cycles.append(now())
 
 
-async def compare(dut, sizes, idle, busy):
+async def compare(dut, sizes, idle, busy, bands=False):
     name = os.environ["CONFIG"]
     config = CONFIGS[name]
-    streams, rays_of_images = cases(config, np.random.default_rng(cocotb.RANDOM_SEED), sizes)
+    streams, rays_of_images = cases(config, np.random.default_rng(cocotb.RANDOM_SEED), sizes, bands)
     await start(
         dut,
         **{f"{name}__i__valid": 0, f"{name}__o__ready": 0},
@@ -104,6 +106,11 @@ async def equals_model(dut, idle, busy):
 @cocotb.test(timeout_time=10, timeout_unit="ms")
 async def all_small_images(dut):
     await compare(dut, [(w, h) for w in range(1, 6) for h in range(1, 6)], 0.0, 0.0)
+
+
+@cocotb.test(timeout_time=10, timeout_unit="ms")
+async def rows_of_an_image(dut):
+    await compare(dut, [(w, h) for w in range(1, 5) for h in range(1, 9)] * 2, 0.3, 0.3, bands=True)
 
 
 @cocotb.test(timeout_time=10, timeout_unit="ms", skip=simulator() == "icarus")

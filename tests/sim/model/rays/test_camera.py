@@ -1,11 +1,15 @@
 """sim.model.rays.camera against exact arithmetic, a ray at a time."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
 from hdl.fp.format import F24, FloatFormat
+from sim.compiler.rays import View
 from sim.model.fp.format import encode
 from sim.model.rays.camera import camera
+from sim.report.pixels import camera_rays
 from tests import oracle
 
 
@@ -47,6 +51,25 @@ def test_packets_are_squares_along_rows():
         [12, 13, -1, -1],
         [14, -1, -1, -1],
     ]
+
+
+@pytest.mark.parametrize(("packets", "bands"), [(1, 4), (4, 4), (6, 2), (9, 2), (100, 1)])
+def test_bands_are_the_image(rng, packets, bands):
+    vectors = encode(F24, rng.uniform(-1, 1, (4, 3)))
+    view = View(*vectors, width=5, height=7, t_min=5, t_max=77)
+    whole, parts = camera_rays(F24, view), [camera_rays(F24, v) for v in view.bands(packets)]
+    assert len(parts) == bands
+    for field in fields(whole):
+        joined = np.concatenate([getattr(part, field.name) for part in parts])
+        assert (joined == getattr(whole, field.name)).all()
+    assert [len(part.t_min) // 4 for part in parts] == [v.packets for v in view.bands(packets)]
+
+
+@pytest.mark.parametrize("top", [-2, 1, 4])
+def test_refuses_rows(top):
+    zero = np.zeros(3, np.int64)
+    with pytest.raises(ValueError, match=f"row {top} of 4"):
+        camera(F24, zero, zero, zero, zero, 4, 4, 0, 0, top)
 
 
 @pytest.mark.parametrize(("width", "height"), [(0, 1), (1, 0), (17, 1), (1, 17)])
