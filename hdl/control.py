@@ -8,8 +8,18 @@ from amaranth.utils import exact_log2
 from hdl import registers
 from hdl.bus.signals import Registers, RegistersInterface
 from hdl.config import Config
-from hdl.core import COUNTERS, frame_job
-from hdl.registers import BYTES, CONTROL, SPAN, STATUS, Access, Outcome
+from hdl.core import frame_job
+from hdl.registers import (
+    BYTES,
+    CONTROL,
+    COUNTED,
+    SPAN,
+    STATUS,
+    UNKNOWN,
+    Access,
+    Outcome,
+    Surroundings,
+)
 
 
 class Phase(enum.Enum, shape=2):
@@ -32,13 +42,15 @@ class Control(wiring.Component):
     Parameters
     ----------
     config : Config
+    around : Surroundings
+        What its registers say of memory and clock.
 
     Members
     -------
     bus : In(Registers)
     o : Out(stream of frame_job)
     busy : In(1), of the core
-    counters : In(COUNTERS), of the core
+    counters : In(COUNTED), of core and link
     read_failed, write_failed : In(1), the memory answers with an error
     idle : In(1), nothing is under way to the memory
     hold : Out(1), core in reset, and nothing goes to the memory or comes from it
@@ -55,12 +67,13 @@ class Control(wiring.Component):
     hold: Signal
     interrupt: Signal
 
-    def __init__(self, config: Config):
+    def __init__(self, config: Config, around: Surroundings = UNKNOWN):
         self.config = config
+        self.around = around
         super().__init__({
             "bus": In(Registers(exact_log2(SPAN // BYTES))),
             "o": Out(stream.Signature(frame_job(config))),
-            "counters": In(COUNTERS),
+            "counters": In(COUNTED),
             **dict.fromkeys(("busy", "read_failed", "write_failed", "idle"), In(1)),
             **dict.fromkeys(("hold", "interrupt"), Out(1)),
         })
@@ -87,10 +100,12 @@ class Control(wiring.Component):
             self.interrupt.eq(done & control.interrupt),
         ]
 
-        special = {"CONTROL": control, "STATUS": status}
+        cycles = Signal(32)
+        m.d.sync += cycles.eq(cycles + 1)
+        special = {"CONTROL": control.as_value(), "STATUS": status.as_value(), "CYCLES": cycles}
         m.d.sync += [bus.read_data.eq(0), bus.missing.eq(1)]
         with m.Switch(bus.address):
-            for register in registers.registers(self.config):
+            for register in registers.registers(self.config, self.around):
                 with m.Case(register.offset // BYTES):
                     value = C(register.value, 32)
                     if register.access == Access.WRITE:
@@ -100,7 +115,7 @@ class Control(wiring.Component):
                     elif register.path:
                         value = _field(self.counters, register.path)
                     elif register.name in special:
-                        value = special[register.name].as_value()
+                        value = special[register.name]
                     m.d.sync += [bus.read_data.eq(value), bus.missing.eq(0)]
                     if register.name == "CONTROL":
                         m.d.comb += writes_control.eq(bus.write)

@@ -4,17 +4,18 @@
 offset  registers
 ======  =======================================================================================
 0x000   identification: what was built; constant
-0x040   CONTROL and STATUS
+0x040   CONTROL, STATUS and CYCLES
 0x100   the job: a register for each number in hdl.core.frame_job, in its order
 0x200   counters: a register for each in hdl.core.COUNTERS, in its order
+0x300   counters of the serial link: a register for each in LINK; zero where there is none
 ======  =======================================================================================
 
 Offsets are in bytes and the same in every configuration; a map in which one moves has another
 VERSION. Floats are bit patterns in the lowest bits of a register, addresses count memory words.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
 
 from amaranth.hdl import Shape
 from amaranth.lib import data, enum
@@ -25,14 +26,14 @@ from hdl.fp.format import FloatFormat
 from hdl.records import word_bits
 
 MAGIC = int.from_bytes(b"BKDT", "big")
-VERSION = 1
+VERSION = 2
 BYTES = 4
 """Bytes of a register."""
 
 SPAN = 0x1000
 """Bytes that the map takes in an address space."""
 
-IDENTIFICATION_AT, CONTROL_AT, JOB_AT, COUNTERS_AT = 0x000, 0x040, 0x100, 0x200
+IDENTIFICATION_AT, CONTROL_AT, JOB_AT, COUNTERS_AT, LINK_AT = 0x000, 0x040, 0x100, 0x200, 0x300
 
 
 class Access(enum.Enum, shape=2):
@@ -61,6 +62,33 @@ STATUS = data.StructLayout({"busy": 1, "done": 1, "outcome": Outcome})
 `outcome` holds until the next start."""
 
 
+LINK = data.StructLayout(dict.fromkeys(("framing_errors", "damaged", "lost", "executed"), 32))
+"""Since reset. Bytes without a stop bit, frames that are damaged, frames that found no room, and
+commands that were executed."""
+
+COUNTED = data.StructLayout({**{name: field.shape for name, field in COUNTERS}, "link": LINK})
+"""All that a machine counts."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a machine is told of where it is, to tell whoever asks.
+
+    Attributes
+    ----------
+    words : int
+        Of its memory, from address 0 on. 0 if unknown.
+    clock_hz : int
+        0 if unknown.
+    """
+
+    words: int = 0
+    clock_hz: int = 0
+
+
+UNKNOWN = Surroundings()
+
+
 @dataclass(frozen=True)
 class Register:
     """A register of 32 bits.
@@ -77,7 +105,7 @@ class Register:
         Of a constant, or after reset.
     doc : str
     path : tuple of str
-        Of the field of the job or of the counters that it is.
+        Of the field of frame_job, or of COUNTED, that it is.
     fields : Layout, optional
         Of its bits.
     """
@@ -92,7 +120,7 @@ class Register:
     fields: data.StructLayout | None = None
 
 
-def registers(config: Config) -> list[Register]:
+def registers(config: Config, around: Surroundings = UNKNOWN) -> list[Register]:
     """All registers, by offset.
 
     Raises
@@ -102,8 +130,9 @@ def registers(config: Config) -> list[Register]:
     """
     job = _leaves(config.fmt, frame_job(config))
     counters = _leaves(config.fmt, COUNTERS)
+    link = _leaves(config.fmt, LINK, ("link",))
     found = [
-        *_identification(config),
+        *_identification(config, around),
         Register(
             "CONTROL", CONTROL_AT, Access.SPECIAL, CONTROL.size, 0, "starts and stops runs",
             fields=CONTROL,
@@ -112,8 +141,12 @@ def registers(config: Config) -> list[Register]:
             "STATUS", CONTROL_AT + BYTES, Access.SPECIAL, STATUS.size, 0, "of the last run",
             fields=STATUS,
         ),
-        *_block("JOB", JOB_AT, Access.WRITE, job, "field {} of hdl.core.frame_job"),
-        *_block("COUNT", COUNTERS_AT, Access.READ, counters, "counter {} of hdl.core"),
+        Register(
+            "CYCLES", CONTROL_AT + 2 * BYTES, Access.READ, 32, 0, "of the clock; runs over",
+        ),
+        *_block(("JOB",), JOB_AT, Access.WRITE, job, "field {} of hdl.core.frame_job"),
+        *_block(("COUNT",), COUNTERS_AT, Access.READ, counters, "counter {} of hdl.core"),
+        *_block((), LINK_AT, Access.READ, link, "counter {}, since reset"),
     ]  # fmt: skip
     for before, after in zip(found, found[1:], strict=False):
         if before.offset >= after.offset:
@@ -121,7 +154,7 @@ def registers(config: Config) -> list[Register]:
     return found
 
 
-def _identification(config: Config) -> list[Register]:
+def _identification(config: Config, around: Surroundings) -> list[Register]:
     constants = {
         "MAGIC": (MAGIC, "the letters BKDT"),
         "VERSION": (VERSION, "of this map"),
@@ -135,6 +168,8 @@ def _identification(config: Config) -> list[Register]:
         "STACK_DEPTH": (config.stack_depth, "nodes that a packet can have waiting"),
         "CACHE_WORDS": (config.cache_words, "of the caches of nodes and of geometry, each"),
         "LATENCY": (config.latency, "cycles of a memory read that the update processor hides"),
+        "MEMORY_WORDS": (around.words, "that there are, or 0 if unknown"),
+        "CLOCK_HZ": (around.clock_hz, "of the machine, or 0 if unknown"),
     }
     return [
         Register(name, IDENTIFICATION_AT + BYTES * k, Access.READ, 8 * BYTES, value, doc)
@@ -142,10 +177,21 @@ def _identification(config: Config) -> list[Register]:
     ]
 
 
-def _block(prefix: str, at: int, access: Access, leaves: Iterator, doc: str) -> list[Register]:
+def config_of(values: Mapping[str, int]) -> Config:
+    """The configuration of a machine whose identification registers hold these values."""
+    others = (field.name for field in fields(Config) if field.name != "fmt")
+    return Config(
+        FloatFormat(values["EXPONENT_BITS"], values["MANTISSA_BITS"]),
+        **{name: values[name.upper()] for name in others},
+    )
+
+
+def _block(
+    prefix: tuple[str, ...], at: int, access: Access, leaves: Iterator, doc: str
+) -> list[Register]:
     found = []
     for k, (path, width) in enumerate(leaves):
-        name = "_".join((prefix, *path)).upper()
+        name = "_".join((*prefix, *path)).upper()
         if width > 8 * BYTES:
             raise ValueError(f"{name}: a register has {8 * BYTES} bits, not {width}")
         offset, text = at + BYTES * k, doc.format(".".join(path))

@@ -8,14 +8,26 @@ from cocotb.triggers import RisingEdge
 
 from hdl.config import FULL, TINY, Config
 from hdl.control import Control
-from hdl.core import COUNTERS, frame_job
+from hdl.core import frame_job
 from hdl.fp.format import FloatFormat
-from hdl.registers import BYTES, CONTROL, STATUS, Access, Outcome, Register, registers
+from hdl.registers import (
+    BYTES,
+    CONTROL,
+    COUNTED,
+    STATUS,
+    Access,
+    Outcome,
+    Register,
+    Surroundings,
+    config_of,
+    registers,
+)
 from tests.harness import run_cocotb
 from tests.payloads import leaves
-from tests.streams import start
+from tests.streams import now, start
 
-REGISTERS = {register.name: register for register in registers(TINY)}
+AROUND = Surroundings(words=3000, clock_hz=50_000_000)
+REGISTERS = {register.name: register for register in registers(TINY, AROUND)}
 START, STOP, INTERRUPT = (
     CONTROL.const({name: 1}).as_bits() for name in ("start", "stop", "interrupt")
 )
@@ -71,8 +83,12 @@ async def every_register_is_where_the_map_says(dut):
             await RisingEdge(dut.clk)
         assert bool(dut.bus__missing.value) == (address not in there)
         register = there.get(address)
-        assert dut.bus__read_data.value == (register.value if register else 0), f"{register}"
+        if not register or register.name != "CYCLES":
+            found = dut.bus__read_data.value
+            assert found == (register.value if register else 0), f"{register}"
     assert await read(dut, "MAGIC") == 0x424B4454 and await read(dut, "PACKETS") == TINY.packets
+    begun, at = await read(dut, "CYCLES"), now()
+    assert await read(dut, "CYCLES") - begun == now() - at
 
 
 @cocotb.test(timeout_time=1, timeout_unit="ms")
@@ -91,10 +107,10 @@ async def job_and_counters_have_a_register_for_each_number(dut):
         at, width = places[".".join(register.path)]
         assert width == register.width and job >> at & (1 << width) - 1 == word & (1 << width) - 1
 
-    bits = random.getrandbits(COUNTERS.size)
+    bits = random.getrandbits(COUNTED.size)
     dut.counters.value = bits
     counters = [r for r in REGISTERS.values() if r.access == Access.READ and r.path]
-    for register, (name, at, _) in zip(counters, leaves(COUNTERS, TINY.fmt), strict=True):
+    for register, (name, at, _) in zip(counters, leaves(COUNTED, TINY.fmt), strict=True):
         assert name == ".".join(register.path)
         await write(dut, register.name, 5)  # does nothing
         assert await read(dut, register.name) == bits >> at & 0xFFFFFFFF
@@ -160,7 +176,7 @@ async def a_run_that_is_cut_short_waits_for_the_memory(dut, outcome, taken):
 
 
 def test_contract(tmp_path, seed):
-    run_cocotb(Control(TINY), __name__, tmp_path, seed=seed)
+    run_cocotb(Control(TINY, AROUND), __name__, tmp_path, seed=seed)
 
 
 def test_offsets_do_not_move():
@@ -170,16 +186,19 @@ def test_offsets_do_not_move():
     known = {
         "MAGIC": 0x000,
         "LATENCY": 0x02C,
+        "CLOCK_HZ": 0x034,
         "CONTROL": 0x040,
         "STATUS": 0x044,
+        "CYCLES": 0x048,
         "JOB_PROGRAM_ADDRESS": 0x100,
         "JOB_CAST_SCENE_ROOT": 0x118,
-        "JOB_CAST_HITS": 0x168,
+        "JOB_CAST_HITS": 0x16C,
         "COUNT_UPDATE_INSTRUCTIONS": 0x200,
         "COUNT_CAST_STEPS": 0x220,
         "COUNT_GEOMETRY_MISSES": 0x250,
+        "LINK_FRAMING_ERRORS": 0x300,
     }
-    assert known.items() <= found.items() and len(found) == 12 + 2 + 27 + 21
+    assert known.items() <= found.items() and len(found) == 14 + 3 + 28 + 21 + 4
 
 
 @pytest.mark.parametrize("config", [TINY, FULL, Config(FloatFormat(8, 23))])
@@ -188,3 +207,8 @@ def test_registers_are_words_one_after_the_other(config):
     offsets = [r.offset for r in found]
     assert offsets == sorted(set(offsets)) and not any(offset % BYTES for offset in offsets)
     assert all(0 < r.width <= 32 and 0 <= r.value < 1 << r.width for r in found)
+
+
+@pytest.mark.parametrize("config", [TINY, FULL, Config(FloatFormat(8, 23), cache_words=0)])
+def test_a_machine_says_what_it_is(config):
+    assert config_of({r.name: r.value for r in registers(config)}) == config
