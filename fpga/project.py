@@ -9,7 +9,6 @@ from fpga import yosys
 from fpga.boards.board import Board, Top
 from fpga.boards.pins import comment_missing
 from fpga.tools import FOR_SPEED, OPEN_TOOLS
-from hdl.board import Content
 
 NAME = "top"
 BITSTREAM = f"{NAME}.bit"
@@ -65,13 +64,12 @@ class Project:
         return None
 
 
-def project(board: Board, content: Content, pins: dict[str, str], seed: int = 1) -> Project:
-    """The project of a board with a content.
+def project(board: Board, pins: dict[str, str], seed: int = 1) -> Project:
+    """The project of a board.
 
     Parameters
     ----------
     board : Board
-    content : Content
     pins : dict of str
         That a user has named, for a board that needs it. Those that are missing are comments in
         the constraint file.
@@ -84,7 +82,7 @@ def project(board: Board, content: Content, pins: dict[str, str], seed: int = 1)
         f" --report {REPORT}",
         **board.overrides,
     }
-    plan = board.platform(pins).prepare(Top(board, content), NAME, emit_src=False, **options)
+    plan = board.platform(pins).prepare(Top(board), NAME, emit_src=False, **options)
     files = dict(plan.files)
     constraints = f"{NAME}.ucf"
     if constraints in files:

@@ -10,7 +10,7 @@ from hdl.config import ADM_XRC_4LX as CONFIG
 CLOCK_MHZ = 66
 """Of the local bus, which the core runs on, and what the 2006 machine ran at."""
 
-PINS = ("clk", "button", "tx", *(f"led{number}" for number in range(LEDS)))
+PINS = ("clk", "button", "rx", "tx", *(f"led{number}" for number in range(LEDS)))
 """What a user fills in."""
 
 
@@ -37,7 +37,13 @@ class Platform(XilinxPlatform):
         self.resources = [
             Resource("lclk", 0, Pins(at["clk"], dir="i"), Clock(CLOCK_MHZ * 1e6), attrs),
             Resource("button", 0, Pins(at["button"], dir="i"), attrs),
-            Resource("uart", 0, Subsignal("tx", Pins(at["tx"], dir="o")), attrs),
+            Resource(
+                "uart",
+                0,
+                Subsignal("rx", Pins(at["rx"], dir="i")),
+                Subsignal("tx", Pins(at["tx"], dir="o")),
+                attrs,
+            ),
             *(
                 Resource("led", number, Pins(at[f"led{number}"], dir="o"), attrs)
                 for number in range(LEDS)

@@ -23,8 +23,8 @@ class Board:
     name : str
     config : Config
     platform : callable
-        Makes the platform of Amaranth: it has `led` 0 to 7, `button` 0, and `uart` 0 with `tx`. It
-        is given the pins of a file that a user wrote, which most need none of.
+        Makes the platform of Amaranth: it has `led` 0 to 7, `button` 0, and `uart` 0 with `rx` and
+        `tx`. It is given the pins of a file that a user wrote, which most need none of.
     clock_hz : float
         Of the core.
     pll : callable, optional
@@ -75,31 +75,30 @@ class Board:
 class Top(Elaboratable):
     """A board's design and its pins.
 
-    LEDs: 0, a frame is under way; 1, its hits are sent; 2 to 7, frames that were run.
+    The button resets all but the memory. LEDs: 0, a run is under way; 1 to 7, commands executed.
     """
 
-    def __init__(self, board: Board, content: design.Content):
+    def __init__(self, board: Board):
         self.board = board
-        self.content = content
 
     def elaborate(self, platform):
         m = Module()
         board = self.board
         board.clock(m, platform)
-        m.submodules.design = inner = design.Board(
-            board.config,
-            words=board.words,
-            content=self.content,
-            clock_hz=board.clock_hz,
-            baud=board.baud,
+        pressed = Signal()
+        inner = design.Board(
+            board.config, words=board.words, clock_hz=board.clock_hz, baud=board.baud
         )
+        m.submodules.design = ResetInserter(pressed)(inner)
         m.submodules.button = button = io.Buffer(
             io.Direction.Input, platform.request("button", dir="-")
         )
-        m.submodules.pressed = FFSynchronizer(button.i, inner.button)
-        m.submodules.tx = tx = io.Buffer(io.Direction.Output, platform.request("uart", dir="-").tx)
-        m.d.comb += tx.o.eq(inner.tx)
-        shown = Cat(inner.busy, inner.sends, inner.frames)[:LEDS]
+        m.submodules.pressed = FFSynchronizer(button.i, pressed)
+        uart = platform.request("uart", dir="-")
+        m.submodules.rx = rx = io.Buffer(io.Direction.Input, uart.rx)
+        m.submodules.tx = tx = io.Buffer(io.Direction.Output, uart.tx)
+        m.d.comb += [inner.rx.eq(rx.i), tx.o.eq(inner.tx)]
+        shown = Cat(inner.busy, inner.executed)[:LEDS]
         for number, bit in enumerate(shown):
             led = io.Buffer(io.Direction.Output, platform.request("led", number, dir="-"))
             m.submodules[f"led_{number}"] = led

@@ -11,25 +11,20 @@ from fpga.boards import BOARDS
 from fpga.boards.board import Board
 from fpga.boards.pins import read_pins
 from fpga.build import Result, build
-from fpga.content import show
 from fpga.project import BITSTREAM, project
 from fpga.tools import BuildError
-from sim.command import Parser, size_of
+from sim.command import Parser
 from sim.console import print_tables, table
 from sim.errors import InputError
 from sim.files import check_writable, write_json
 
-EXAMPLE = "build ulx3s --scene walker:2000"
-SIZE = "112x84"
+EXAMPLE = "build ulx3s"
 
 
 def arguments(parser: Parser):
     """Options of the command."""
     add = parser.add_argument
     add("board", metavar="BOARD", choices=BOARDS, help="%(choices)s")
-    add("--scene", default="walker:2000", help="as for bkd-sim render; %(default)s")
-    add("--frame", metavar="N", type=int, default=8, help="of the scene; %(default)s")
-    add("--size", metavar="WxH", default=SIZE, help="in pixels; %(default)s")
     add("--pins", metavar="FILE", type=Path, help="TOML: pins, for a board that needs it")
     add("--seed", metavar="N", type=int, default=1, help="of nextpnr's placer; %(default)s")
     add("-o", "--out", metavar="DIR", type=Path, help="folder of the project; build/BOARD")
@@ -38,7 +33,7 @@ def arguments(parser: Parser):
 
 
 def run(options) -> int:
-    """Build a machine with a scene in its memory for a board."""
+    """Build a machine for a board: its memory, and the serial line to a host."""
     check_writable(options.json)
     board: Board = BOARDS[options.board]
     folder: Path = options.out or Path("build", board.name)
@@ -49,10 +44,8 @@ def run(options) -> int:
     pins = read_pins(options.pins, board.needs) if options.pins else {}
     missing = [name for name in board.needs if name not in pins]
     with Console(stderr=True).status("") as status:
-        size = size_of(options.size, SIZE)
-        shown = show(board, options.scene, options.frame, size, status.update)
         status.update("writing the project")
-        made = project(board, shown.content, pins, options.seed)
+        made = project(board, pins, options.seed)
         if options.dry_run or missing:
             made.write(folder)
         if options.dry_run:
@@ -64,8 +57,8 @@ def run(options) -> int:
                 f'in clk = "AB12", and give it by --pins; without them the project is in {folder}'
             )
         result = build(board, made, folder, status.update)
-    print_tables(_table(board, shown.prepared.scene.name, result, folder))
-    write_json(options.json, {"board": board.name, "scene": options.scene, **asdict(result)})
+    print_tables(_table(board, result, folder))
+    write_json(options.json, {"board": board.name, **asdict(result)})
     if result.closes:
         return 0
     print(
@@ -76,7 +69,7 @@ def run(options) -> int:
     return 1
 
 
-def _table(board: Board, scene: str, result: Result, folder: Path) -> Table:
+def _table(board: Board, result: Result, folder: Path) -> Table:
     """What was built."""
     fmax = f"{result.fmax_mhz:.1f} MHz" if result.fmax_mhz else f"see the reports in {folder}"
     rows = [
@@ -89,4 +82,4 @@ def _table(board: Board, scene: str, result: Result, folder: Path) -> Table:
         ),
         ("built in", f"{result.seconds / 60:.1f} minutes"),
     ]
-    return table(f"{board.name}: {scene}, built by {board.tools}", rows)
+    return table(f"{board.name}, built by {board.tools}", rows)

@@ -2,6 +2,7 @@
 
 from amaranth import *
 from amaranth.lib import stream, wiring
+from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
 PHASE_BITS = 20
@@ -84,4 +85,83 @@ class Transmitter(wiring.Component):
             m.d.sync += [bits.eq(bits >> 1), left.eq(left - 1)]
         with m.If(self.i.valid & self.i.ready):
             m.d.sync += [bits.eq(Cat(C(0, 1), self.i.payload, C(1, 1))), left.eq(10)]
+        return m
+
+
+class Receiver(wiring.Component):
+    """Gives the bytes of a line, a cycle after the middle of their stop bit.
+
+    A bit is what two of three samples say, an eighth of a bit before its middle, there and an
+    eighth after. Each byte is timed from the edge that begins it: a sender may be 2 % fast or
+    slow, and leaves no gap. A start bit that is not low is none. A byte whose stop bit is low is
+    dropped, and the next one begins after the line has been high: a break counts as one such byte.
+
+    Parameters
+    ----------
+    clock_hz : float
+    baud : float
+        Bits a second; a bit takes 8 cycles at least.
+
+    Members
+    -------
+    rx : In(1), the line, of no clock of ours
+    o : Out(stream of bytes), taken at once
+    framing_error : Out(1), for a cycle at each byte that is dropped
+
+    Raises
+    ------
+    ValueError
+        The rate does not go with the clock.
+    """
+
+    rx: Signal
+    o: stream.Interface
+    framing_error: Signal
+
+    def __init__(self, *, clock_hz: float, baud: float):
+        self.step = bits_a_cycle(clock_hz, baud)
+        super().__init__({
+            "rx": In(1),
+            "o": Out(stream.Signature(8, always_ready=True)),
+            "framing_error": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        line = Signal(init=1)
+        m.submodules.synchroniser = FFSynchronizer(self.rx, line, init=1)
+        left, low = Signal(range(11)), Signal()  # bits, with start and stop; after a framing error
+        phase, passed = Signal(PHASE_BITS), Signal(PHASE_BITS)
+        seen, bit = Signal(2, reset_less=True), Signal()  # samples; what they and this one say
+        samples = Signal()  # an eighth of a bit begins
+        decides = Signal()  # it is the one after that in the middle
+        m.d.comb += [
+            passed.eq(phase + self.step),
+            samples.eq(passed[-3] != phase[-3]),  # since a cycle is an eighth at most
+            decides.eq(samples & (passed[-3:] == 5)),
+            bit.eq((line & seen.any()) | seen.all()),
+        ]
+        m.d.sync += [
+            phase.eq(passed),
+            low.eq(low & ~line),
+            self.o.valid.eq(0),
+            self.framing_error.eq(0),
+        ]
+        with m.If(samples):
+            m.d.sync += seen.eq(Cat(line, seen))
+        with m.If(left == 0):
+            with m.If(~line & ~low):
+                # The edge was half a cycle ago and a sample will be as late, each by a half more
+                # or less: a phase of a whole step, which is what the cycle after this one has.
+                m.d.sync += [left.eq(10), phase.eq(self.step)]
+        with m.Elif(decides):
+            m.d.sync += left.eq(left - 1)
+            with m.If(left == 10):
+                with m.If(bit):
+                    m.d.sync += left.eq(0)
+            with m.Elif(left != 1):
+                m.d.sync += self.o.payload.eq(Cat(self.o.payload[1:], bit))
+            with m.Else():
+                m.d.sync += [self.o.valid.eq(bit), self.framing_error.eq(~bit), low.eq(~bit)]
         return m

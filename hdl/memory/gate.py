@@ -42,7 +42,7 @@ class Gate(wiring.Component):
             "client": In(Port(config)),
             "port": Out(Port(config)),
             "shut": In(1),
-            "idle": Out(1, init=1),
+            "idle": Out(1),
         })
 
     def elaborate(self, platform):

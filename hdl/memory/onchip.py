@@ -1,7 +1,5 @@
 """Memory in the block RAM of the device, behind a port."""
 
-from collections.abc import Sequence
-
 from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In
@@ -13,7 +11,7 @@ from hdl.records import word_bits
 
 
 class OnChip(wiring.Component):
-    """Words on the chip. A response takes 2 cycles; one request and one response a cycle.
+    """Words on the chip, zero at first. A response takes 2 cycles; one of each a cycle.
 
     A memory a byte, each with one read port and one write port that are never used in the same
     cycle: what every tool finds block RAM for. An address beyond them means one in them, or none.
@@ -23,8 +21,6 @@ class OnChip(wiring.Component):
     config : Config
     words : int
         Size, 2 to what the configuration addresses.
-    init : sequence of int
-        Words from address 0 on, as the device is configured; zero where there are none.
 
     Members
     -------
@@ -34,16 +30,13 @@ class OnChip(wiring.Component):
     latency = 2
     port: PortInterface
 
-    def __init__(self, config: Config, *, words: int, init: Sequence[int] = ()):
+    def __init__(self, config: Config, *, words: int):
         if not 2 <= words <= 1 << config.address_bits:
             raise ValueError(
                 f"2 to {1 << config.address_bits} words have an address, and these are {words}"
             )
-        if len(init) > words:
-            raise ValueError(f"{len(init)} words do not go into {words}")
         self.config = config
         self.words = words
-        self.init = init
         super().__init__({"port": In(Port(config))})
 
     def elaborate(self, platform):
@@ -55,10 +48,8 @@ class OnChip(wiring.Component):
         m.d.comb += request.ready.eq(1)
         said = []
         for lane in range(word_bits(self.config.fmt) // 8):
-            init = [word >> 8 * lane & 0xFF for word in self.init]
-            m.submodules[f"lane_{lane}"] = bytes_ = memory.Memory(
-                shape=8, depth=self.words, init=init
-            )
+            bytes_ = memory.Memory(shape=8, depth=self.words, init=[])
+            m.submodules[f"lane_{lane}"] = bytes_
             reads, writes = bytes_.read_port(), bytes_.write_port()
             said.append(reads.data)
             m.d.comb += [

@@ -1,100 +1,103 @@
 """The top level that `bkd-fpga build ulx3s` builds, simulated from the pins of the board."""
 
-import os
-from dataclasses import replace
 from pathlib import Path
 
-import cocotb
 import numpy as np
 import pytest
-from cocotb.clock import Clock
-from cocotb.triggers import ValueChange, with_timeout
+from amaranth import ClockSignal, Instance, Module, ResetSignal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
 
 from fpga.boards import BOARDS
-from fpga.content import Show, show
 from fpga.project import project
 from fpga.tools import run_yosys
-from hdl import board as design
-from hdl.board import Content
-from sim.compiler.rays import HIT_FIELDS, hit_words
+from host.link.errors import SessionLost
+from host.session import Board
 from sim.cosim import verilate
+from sim.cosim.board import SimulatedBoard
+from sim.cosim.board_bench import PinsBench
+from sim.cosim.pump import Pump
+from sim.cosim.terminal import Terminal
 from sim.model.rays.traversal import NO_TRIANGLE, trace
 from sim.model.refit import refit
+from sim.prepare import Prepared, prepare, view_of
 from sim.report.pixels import camera_rays
+from sim.scene.camera import auto
+from sim.scene.load import load_scene
+from tests.pumping import running
 
 BOARD = BOARDS["ulx3s"]
 PINS = Path(__file__).parent / "ulx3s_pins.v"
-WARNINGS = "error,ignore::DeprecationWarning:cocotbext.uart.uart"
 
 
-def verilog_of(shown: Show, folder: Path) -> str:
+class Pins(wiring.Component):
+    """The board by its pins; its button is the reset of the bench."""
+
+    def __init__(self):
+        super().__init__({"rx": In(1, init=1), "tx": Out(1), "busy": Out(1), "led": Out(8)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.board = Instance(
+            "ulx3s_pins",
+            i_clock=ClockSignal(),
+            i_button=ResetSignal(),
+            i_rx=self.rx,
+            o_tx=self.tx,
+            o_led=self.led,
+        )
+        m.d.comb += self.busy.eq(self.led[0])
+        return m
+
+
+def verilog_of(folder: Path) -> Path:
     """Verilog of the RTLIL that the project of the board gives to synthesis."""
-    project(BOARD, shown.content, {}).write(folder)
+    project(BOARD, {}).write(folder)
     passes = ["proc -nomux -norom", "memory_collect", "opt_clean -purge"]
     run_yosys(["read_rtlil top.il", *passes, "write_verilog -norename -noattr top.v"], folder)
-    return (folder / "top.v").read_text()
+    return folder / "top.v"
 
 
-def expected(shown: Show) -> np.ndarray:
-    """Hit records (n, limbs) of the model: an update from bounds that are zero, and a camera."""
-    prepared, fmt = shown.prepared, BOARD.config.fmt
-    order = prepared.image.order
-    corners = prepared.coordinates(shown.frame)[prepared.leaf_vertices]
-    rays = camera_rays(fmt, shown.view)
+def expected(prepared: Prepared, view, frame: int) -> dict[str, np.ndarray]:
+    """Hits of the model."""
+    fmt, order = BOARD.config.fmt, prepared.image.order
+    corners = prepared.coordinates(frame)[prepared.leaf_vertices]
+    rays = camera_rays(fmt, view)
     columns = (np.ascontiguousarray(rays.origins), rays.directions, rays.t_min, rays.t_max)
     hits = trace(fmt, order, refit(fmt, order, corners), corners, *columns)
     assert 0.1 < (hits.triangle != NO_TRIANGLE).mean() < 0.9
-    return hit_words(BOARD.config, {field: getattr(hits, field) for field in HIT_FIELDS})
-
-
-def test_one_port_wants_caches():
-    content = Content([], 0, 0, 4)
-    with pytest.raises(ValueError, match="caches"):
-        design.Board(
-            replace(BOARD.config, cache_words=0), words=16, content=content, clock_hz=1e8, baud=1e6
-        )
+    return {name: getattr(hits, name) for name in ("t", "u", "v", "triangle")}
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(verilate.simulator() == "icarus", reason="hundreds of times slower")
-def test_it_updates_and_renders(tmp_path, seed):
-    shown = show(BOARD, "walker:1000", 8, (24, 18))
-    picture = tmp_path / "hits"
-    picture.write_bytes(expected(shown).astype("<u4").tobytes())
-    texts = [PINS.read_text(), verilog_of(shown, tmp_path / "project")]
-    work = tmp_path / "run"
-    work.mkdir()
-    verilate.run(
-        verilate.build_text(texts),
-        __name__,
-        work,
-        COCOTB_RANDOM_SEED=seed,
-        PYTHONWARNINGS=WARNINGS,
-        BKDTREE_HITS=picture,
-    )
-
-
-@cocotb.test()
-async def hits_leave_by_the_serial_line(dut):
-    """Those of the frame at power-up, and those of a press of the button: the model's."""
-    from cocotbext.uart import UartSink
-
-    hits = Path(os.environ["BKDTREE_HITS"]).read_bytes()
-    period = 2 * round(1e12 / BOARD.clock_hz / 2)  # ps
-    dut.button.value = 0
-    line = UartSink(dut.tx, baud=BOARD.baud, bits=8)
-    Clock(dut.clock, period, unit="ps", impl="gpi").start()
-    for frame in (1, 2):
-        received = b""
-        while len(received) < len(hits):
-            await with_timeout(line.wait(), 20, "ms")
-            received += line.read_nowait()
-        wrong = [k for k in range(0, len(hits), 16) if received[k : k + 16] != hits[k : k + 16]]
-        assert not wrong, f"frame {frame}: {len(wrong)} hits are not the model's: {wrong[:5]}"
-        assert len(received) == len(hits)
-        while int(dut.led.value) != frame << 2:  # neither running nor sending
-            await with_timeout(ValueChange(dut.led), 1, "ms")
-        dut.button.value = 1
-        await with_timeout(ValueChange(dut.led), 1, "ms")
-        assert int(dut.led.value) == frame << 2 | 1, "running"
-        dut.button.value = 0
+def test_a_host_updates_and_renders(tmp_path):
+    """By the pins; and the button makes the board forget its host, but not its memory."""
+    sources = [PINS, verilog_of(tmp_path / "project")]
+    bench = PinsBench(Pins(), BOARD.clock_hz / BOARD.baud)
+    with (
+        SimulatedBoard(BOARD.config, bench=bench, sources=sources) as simulated,
+        Terminal() as terminal,
+    ):
+        pump = Pump(simulated, terminal)
+        with running(pump):
+            board = Board.open(terminal.path)
+            assert (board.config, board.words) == (BOARD.config, BOARD.words)
+            assert board.clock_hz == BOARD.clock_hz
+            prepared = prepare(load_scene("walker:1000"), board.config)
+            pose = prepared.scene.pose(8)[None]
+            view = view_of(board.config.fmt, auto(pose, prepared.scene.faces, 24, 18))
+            board.upload(prepared)
+            for frame in (8, 15):
+                assert board.show(frame)
+                found, want = board.render(view), expected(prepared, view, frame)
+                assert all((found[name] == want[name]).all() for name in want)
+        simulated.reset()
+        with running(pump), board:
+            words = prepared.image.nodes_at, prepared.image.nodes
+            with pytest.raises(SessionLost):
+                board.read(*words)
+            found = np.ascontiguousarray(board.read(*words)).view("<u4")
+            bounds = prepared.image.bounds_of(found)
+            corners = prepared.coordinates(15)[prepared.leaf_vertices]
+            assert (bounds == refit(board.config.fmt, prepared.image.order, corners)).all()

@@ -25,7 +25,6 @@ SMALL = Config(
     cache_words=16,
 )
 """A machine that only its memory size is asked of."""
-USUAL = ["--scene", "waves:60", "--frame", "1", "--size", "6x5"]
 CLOCK = "fmax"
 REPORT = {
     "fmax": {CLOCK: {"achieved": 61.5, "constraint": 50.0}},
@@ -39,20 +38,22 @@ REPORT = {
 class Pinned(Elaboratable):
     """Of a board's top level no more than its pins."""
 
-    def __init__(self, board, _):
+    def __init__(self, board):
         self.board = board
 
     def elaborate(self, platform):
         m = Module()
         self.board.clock(m, platform)
         m.submodules.button = button = io.Buffer("i", platform.request("button", dir="-"))
-        m.submodules.tx = tx = io.Buffer("o", platform.request("uart", dir="-").tx)
+        uart = platform.request("uart", dir="-")
+        m.submodules.rx = rx = io.Buffer("i", uart.rx)
+        m.submodules.tx = tx = io.Buffer("o", uart.tx)
         m.submodules.led = led = io.Buffer("o", platform.request("led", 7, dir="-"))
-        m.d.sync += [tx.o.eq(button.i), led.o.eq(~button.i)]
+        m.d.sync += [tx.o.eq(rx.i), led.o.eq(~button.i)]
         return m
 
 
-def quick(board, _, pins, seed) -> Project:
+def quick(board, pins, seed) -> Project:
     """A project with the commands of a board, and next to no files."""
     commands = {
         "ulx3s": [["yosys", "top.ys"], ["nextpnr-ecp5", "--seed", f"{seed}"], ["ecppack"]],
@@ -90,7 +91,7 @@ def tools(monkeypatch):
 
 FILES = {
     "ulx3s": {
-        "top.lpf": ['LOCATE COMP "clk25_0__io" SITE "G2"', 'COMP "uart_0__tx__io" SITE "L4"'],
+        "top.lpf": ['LOCATE COMP "clk25_0__io" SITE "G2"', 'COMP "uart_0__rx__io" SITE "M1"'],
         "top.ys": ["read_rtlil top.il", "synth_ecp5"],
         "top.il": ["cell \\EHXPLLL", "\\CLKFB_DIV", "module \\top"],
         "build_top.sh": ["--speed 6", "--85k", "--seed 7", "ecppack"],
@@ -121,7 +122,7 @@ def pinned(monkeypatch):
 
 @pytest.mark.parametrize("board", FILES)
 def test_a_dry_run_writes_the_project(board, run, pinned, tmp_path):
-    check_dry_run(board, run, tmp_path / "made", *USUAL)
+    check_dry_run(board, run, tmp_path / "made")
 
 
 @pytest.mark.slow
@@ -147,7 +148,7 @@ def test_pins_of_a_file_are_used(run, pinned, tmp_path):
     pins = tmp_path / "pins.toml"
     lines = [f'{name} = "AB{number + 10}"' for number, name in enumerate(PINS)]  # clk is AB10
     pins.write_text("\n".join([*lines, 'package = "ff1513"', 'speed = "11"']))
-    code, _, err = run("bkd-fpga", "build", "adm-xrc-4lx", *USUAL, "--pins", pins, "--dry-run")
+    code, _, err = run("bkd-fpga", "build", "adm-xrc-4lx", "--pins", pins, "--dry-run")
     assert (code, err) == (0, "")
     text = (tmp_path / "build" / "adm-xrc-4lx" / "top.ucf").read_text()
     assert 'NET "lclk_0__io" LOC=AB10;' in text and "FILL_IN" not in text
@@ -158,11 +159,11 @@ def test_pins_of_a_file_are_used(run, pinned, tmp_path):
     ("board", "words"),
     [
         ("kc705", ["vivado is missing", "build/kc705", "sh build_top.sh"]),
-        ("adm-xrc-4lx", ["clk, button, tx, led0", "--pins", "build/adm-xrc-4lx"]),
+        ("adm-xrc-4lx", ["clk, button, rx, tx, led0", "--pins", "build/adm-xrc-4lx"]),
     ],
 )
 def test_what_cannot_be_built_is_written(board, words, run, tmp_path):
-    code, out, err = run("bkd-fpga", "build", board, *USUAL)
+    code, out, err = run("bkd-fpga", "build", board)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert all(word in err for word in words)
     assert (tmp_path / "build" / board / "build_top.sh").exists()
@@ -170,7 +171,7 @@ def test_what_cannot_be_built_is_written(board, words, run, tmp_path):
 
 def test_a_build_says_what_it_came_to(run, tools, tmp_path):
     file = tmp_path / "figures.json"
-    code, out, _ = run("bkd-fpga", "build", "ulx3s", *USUAL, "--json", file)
+    code, out, _ = run("bkd-fpga", "build", "ulx3s", "--json", file)
     assert code == 0 and max(map(len, out.split("\n"))) <= 80
     assert tools == ["yosys", "nextpnr-ecp5", "ecppack"]
     assert all(part in out for part in ("build/ulx3s/top.bit", "61.5 MHz", "5 of 10: 50%"))
@@ -180,18 +181,18 @@ def test_a_build_says_what_it_came_to(run, tools, tmp_path):
 
 def test_the_same_is_built_once(run, tools, tmp_path):
     for _ in range(2):
-        assert run("bkd-fpga", "build", "ulx3s", *USUAL)[0] == 0
+        assert run("bkd-fpga", "build", "ulx3s")[0] == 0
     assert len(tools) == 3
-    run("bkd-fpga", "build", "ulx3s", *USUAL, "--seed", 2)
+    run("bkd-fpga", "build", "ulx3s", "--seed", 2)
     assert len(tools) == 6
     (tmp_path / "build" / "ulx3s" / "top.bit").unlink()
-    run("bkd-fpga", "build", "ulx3s", *USUAL, "--seed", 2)
+    run("bkd-fpga", "build", "ulx3s", "--seed", 2)
     assert len(tools) == 9
 
 
 def test_a_clock_that_does_not_close_fails(run, tools, monkeypatch):
     monkeypatch.setitem(REPORT["fmax"][CLOCK], "achieved", 41.0)
-    code, out, err = run("bkd-fpga", "build", "ulx3s", *USUAL)
+    code, out, err = run("bkd-fpga", "build", "ulx3s")
     assert code == 1 and "top.bit" in out
     assert err.count("\n") == 1 and "41.0 MHz of the 50" in err and "--seed" in err
 
@@ -200,11 +201,6 @@ def test_a_clock_that_does_not_close_fails(run, tools, monkeypatch):
     ("arguments", "words"),
     [
         (["build", "ulx4"], ["ulx4", "adm-xrc-4lx", "kc705", "ulx3s"]),
-        (["build", "ulx3s", "--scene", "walker:5000"], ["walker:5000", "words", "1,024"]),
-        (["build", "ulx3s", *USUAL[:4], "--size", "40x30"], ["words", "1,024", "--size"]),
-        (["build", "ulx3s", "--scene", "none.obj"], ["none.obj"]),
-        (["build", "ulx3s", "--scene", "waves:60", "--frame", "24"], ["--frame 24", "0 to 23"]),
-        (["build", "ulx3s", "--scene", "waves:60", "--size", "9"], ["--size 9", "112x84"]),
         (["build", "ulx3s", "--pins", "p"], ["--pins p", "known"]),
         (["build", "ulx3s", "--json", "no/such/r.json"], ["no/such/r.json"]),
         (["build", "ulx3s", "-o", "file"], ["file", "folder"]),

@@ -1,14 +1,16 @@
 // A ULX3S as the tests see it: names of its pins, and the cells of an ECP5 that are in a design
 // before synthesis. (Those of Yosys, IB and OBZ, are for synthesis only: IB drives its pin.)
-module dut (
+module ulx3s_pins (
     input wire clock,
     input wire button,
+    input wire rx,
     output wire tx,
     output wire [7:0] led
 );
     top top (
         .clk25_0__io(clock),
         .button_0__io(button),
+        .uart_0__rx__io(rx),
         .uart_0__tx__io(tx),
         .led_0__io(led[0]),
         .led_1__io(led[1]),
