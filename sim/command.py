@@ -4,6 +4,7 @@ import argparse
 import os
 import re
 import sys
+from collections.abc import Callable
 from types import ModuleType
 
 from sim.errors import InputError
@@ -16,15 +17,26 @@ class Parser(argparse.ArgumentParser):
         raise InputError(f"{message}; see {self.prog} --help")
 
 
-def parser(prog: str, description: str, commands: dict[str, ModuleType]) -> Parser:
-    """A parser of commands by name: modules with EXAMPLE, `arguments` and `run`."""
-    top = Parser(prog=prog, description=description)
+def parser(
+    prog: str,
+    description: str,
+    commands: dict[str, ModuleType],
+    common: Callable[[Parser], None] = lambda _: None,
+) -> Parser:
+    """A parser of commands by name: modules with EXAMPLE, `arguments` and `run`.
+
+    The options that `common` adds come before the command or after it; those that are not given
+    are no attributes of what is parsed.
+    """
+    shared = Parser(add_help=False, argument_default=argparse.SUPPRESS)
+    common(shared)
+    top = Parser(prog=prog, description=description, parents=[shared])
     found = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for name, command in commands.items():
         text = (command.run.__doc__ or "").split("\n")[0]
         example = f"Example: {prog} {command.EXAMPLE}"
         top.epilog = top.epilog or example
-        sub = found.add_parser(name, help=text, description=text, epilog=example)
+        sub = found.add_parser(name, help=text, description=text, epilog=example, parents=[shared])
         command.arguments(sub)
         sub.set_defaults(run=command.run)
     return top

@@ -1,8 +1,9 @@
 """`bkd-sim disasm`."""
 
-from sim.cli.parser import config_of, scene_arguments, scene_of
+from sim.cli.parser import config_of, format_argument
 from sim.command import Parser
 from sim.compiler.disassemble import disassemble
+from sim.options import scene_arguments, scene_of
 from sim.prepare import prepare
 
 EXAMPLE = "disasm walker | head"
@@ -11,6 +12,7 @@ EXAMPLE = "disasm walker | head"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser)
+    format_argument(parser)
 
 
 def run(options) -> int:

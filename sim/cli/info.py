@@ -1,9 +1,10 @@
 """`bkd-sim info`."""
 
-from sim.cli.parser import config_of, frames_of, json_argument, scene_arguments, scene_of
+from sim.cli.parser import config_of, format_argument
 from sim.command import Parser
 from sim.console import conclude, progress
 from sim.files import check_writable
+from sim.options import frames_of, json_argument, scene_arguments, scene_of
 from sim.prepare import prepare
 from sim.report.info import info_tables, scene_info
 
@@ -13,6 +14,7 @@ EXAMPLE = "info Fox.glb --animation Run"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser)
+    format_argument(parser)
     parser.add_argument("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all")
     json_argument(parser)
 

@@ -2,51 +2,41 @@
 
 from pathlib import Path
 
-import numpy as np
-
-from sim.cli.parser import (
-    frames_of,
-    json_argument,
-    memory_arguments,
-    ray_config_of,
-    ray_timing_of,
-    scene_arguments,
-    scene_of,
-)
+from sim.cli.parser import format_argument, memory_arguments, ray_config_of, ray_timing_of
 from sim.command import Parser, size_of
 from sim.console import conclude, progress
 from sim.errors import InputError
 from sim.files import check_writable
-from sim.prepare import Prepared, prepare, spread
-from sim.report.light import light
+from sim.options import (
+    frame_of,
+    frames_of,
+    json_argument,
+    picture_of,
+    scene_arguments,
+    scene_of,
+    view_arguments,
+)
+from sim.prepare import prepare
 from sim.report.painter import Painter
 from sim.report.picture import check_picture_file, save
 from sim.report.recording import Recorder
 from sim.report.render import Watch, measure_render
-from sim.report.shade import VIEWS
+from sim.report.scene_view import camera_and_lamp, check_camera
 from sim.report.tables import render_tables
-from sim.scene.camera import Camera, auto, look_at, parse
-from sim.scene.view import FILL
 
 EXAMPLE = "render walker --camera whole --shadows"
 SIZE = "512x386"
-FILLS = {"auto": FILL, "whole": 0.0}
-"""Share of the image that the scene fills at least, by the name of the camera."""
-POSES = 8
-"""Poses of an animation that these look at."""
 
 
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser, default="walker")
+    format_argument(parser)
     add = parser.add_argument
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", metavar="K", help="one frame; that a third of the way")
     frames.add_argument("--frames", metavar="A:B", help="an animation of frames A to B - 1")
-    add("--size", metavar="WxH", default=SIZE, help="in pixels; %(default)s")
-    text = "auto: it fills the image; whole: all of it; or ex,ey,ez,tx,ty,tz,fov; %(default)s"
-    add("--camera", metavar="C", default="auto", help=text)
-    add("--view", choices=VIEWS, default="shaded", help="what is shown; %(default)s")
+    view_arguments(parser, SIZE)
     add("--shadows", action="store_true", help="cast a ray from each hit to the lamp too")
     memory_arguments(parser)
     add("--out", metavar="FILE", type=Path, help="picture, or animation; the scene's name .png")
@@ -57,10 +47,9 @@ def arguments(parser: Parser):
 def run(options) -> int:
     """Animate, update and cast rays in the Verilog, check every bit, and write a picture."""
     width, height = size_of(options.size, SIZE)
-    if options.camera not in FILLS:
-        parse(options.camera)
+    check_camera(options.camera)
     timing, config = ray_timing_of(options), ray_config_of(options, options.format)
-    out = options.out or Path(f"{Path(options.scene.split(':')[0]).stem}.png")
+    out = picture_of(options)
     check_writable(options.json, out, options.record)
     if options.record and options.record.suffix != ".npz":
         raise InputError(f"{options.record}: rays are kept as .npz; name a file that ends in it")
@@ -74,14 +63,13 @@ def run(options) -> int:
         if options.frames:
             frames = frames_of(options.frames, scene.frames)
         else:
-            frames = frames_of(options.frame or str(scene.frames // 3), scene.frames, "--frame")
+            frames = frame_of(options.frame, scene.frames)
         check_picture_file(out, len(frames))
         if options.record and len(frames) > 1:
             raise InputError(f"--record {options.record}: holds one frame; choose it by --frame")
         prepared = prepare(scene, config, builder=options.builder, step=step)
         step("choosing the view")
-        camera = _camera(options.camera, prepared, frames, width, height)
-        lamp = light(camera, prepared.scene.pose(frames[0]))
+        camera, lamp = camera_and_lamp(options.camera, prepared, frames, width, height)
         painter, recorder = Painter(options.view, lamp), Recorder()
         bar.update(task, total=len(frames))
         watch = Watch(
@@ -98,13 +86,3 @@ def run(options) -> int:
             recorder.save(options.record)
     conclude(render_tables(report, out), options.json, report.as_dict(), report.mismatches_shown)
     return 1 if report.model_mismatches else 0
-
-
-def _camera(text: str, prepared: Prepared, frames: range, width: int, height: int) -> Camera:
-    """The camera in normalised coordinates."""
-    if text in FILLS:
-        poses = np.stack([prepared.scene.pose(frame) for frame in spread(frames, POSES)])
-        return auto(poses, prepared.scene.faces, width, height, FILLS[text])
-    eye, target, fov = parse(text)
-    eye, target = prepared.normalised.points(np.stack([eye, target]))
-    return look_at(eye, target, fov, width, height)

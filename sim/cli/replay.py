@@ -2,15 +2,11 @@
 
 from pathlib import Path
 
-from sim.cli.parser import (
-    json_argument,
-    memory_arguments,
-    ray_config_of,
-    ray_timing_of,
-)
+from sim.cli.parser import memory_arguments, ray_config_of, ray_timing_of
 from sim.command import Parser
 from sim.console import conclude, progress
 from sim.files import check_writable
+from sim.options import json_argument
 from sim.report.recording import load
 from sim.report.replay import measure_replay
 from sim.report.tables import replay_tables

@@ -2,19 +2,12 @@
 
 from pathlib import Path
 
-from sim.cli.parser import (
-    config_of,
-    frames_of,
-    json_argument,
-    scene_arguments,
-    scene_of,
-    timing_arguments,
-    timing_of,
-)
+from sim.cli.parser import config_of, format_argument, timing_arguments, timing_of
 from sim.command import Parser
 from sim.console import conclude, progress
 from sim.errors import InputError
 from sim.files import check_writable
+from sim.options import frames_of, json_argument, scene_arguments, scene_of
 from sim.prepare import prepare
 from sim.report.tables import update_tables
 from sim.report.update import measure_update
@@ -25,6 +18,7 @@ EXAMPLE = "update walker:80k --frames 0:4 --json walker.json"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser)
+    format_argument(parser)
     timing_arguments(parser)
     add = parser.add_argument
     add("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all")

@@ -1,0 +1,5 @@
+"""`python -m host` is `bkd-host`."""
+
+from host.cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""The serial link, from the host's end: frames, lost and repeated ones, sessions, ports."""

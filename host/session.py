@@ -1,0 +1,218 @@
+"""A board on a serial port, as a Python object."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from hdl.fp.format import FloatFormat
+from hdl.rays.packet import RAYS
+from hdl.records import word_bits
+from host import parts
+from host.fit import check_fit, packets_at_once
+from host.link.channel import Channel, Progress, silently
+from host.link.errors import SessionLost
+from host.link.port import BAUD, open_port
+from host.link.split import RUN
+from host.registers import RegisterMap, Status, check_format, config_in, identification
+from host.runner import Runner
+from sim.compiler.rays import HIT_FIELDS, View, hits_of, image_fields, scene_fields
+from sim.errors import InputError
+from sim.prepare import Prepared
+
+INSTRUCTION_CYCLES, RAY_CYCLES, BESIDE = 1_000, 2_000, 10_000_000
+"""More than a run takes, of the board's clock: an instruction, a ray, and whatever else."""
+
+
+class Board:
+    """A board: its memory, its registers, and a scene on it. A context manager.
+
+    ::
+
+        with Board.open("/dev/ttyUSB0") as board:
+            board.upload(prepare(load_scene("walker:2000"), board.config))
+            board.show(8)
+            hits = board.render(view)
+
+    Parameters
+    ----------
+    channel : Channel
+    fmt : FloatFormat, optional
+        What its floats have to be.
+    close : callable
+        Closes the port.
+
+    Attributes
+    ----------
+    values : dict
+        The registers that say what it is, by name.
+    config : Config
+    words : int
+        Of its memory.
+    clock_hz : int
+        0 if it does not say.
+    prepared : Prepared, optional
+        The scene that is on it.
+    bits : (V, 3) int64, optional
+        Bit patterns of the scene's vertices that are on it.
+
+    Raises
+    ------
+    LinkError
+        Of all methods: names the port, what is wrong and what to do.
+    """
+
+    def __init__(
+        self,
+        channel: Channel,
+        fmt: FloatFormat | None = None,
+        close: Callable[[], None] = lambda: None,
+    ):
+        self.channel, self._close = channel, close
+        self.values = identification(channel)
+        self.config = config_in(self.values, channel.name)
+        check_format(self.config, fmt, channel.name)
+        self.words = self.values["MEMORY_WORDS"] or 1 << self.config.address_bits
+        self.clock_hz = self.values["CLOCK_HZ"]
+        self._limbs = word_bits(self.config.fmt) // 32
+        self._registers = RegisterMap(channel, self.config)
+        self._runner = Runner(self._registers, channel.name)
+        self.prepared: Prepared | None = None
+        self.bits: np.ndarray | None = None
+
+    @classmethod
+    def open(cls, url: str, baud: int = BAUD, fmt: FloatFormat | None = None) -> "Board":
+        """The board on a port: a device, or any URL of pyserial."""
+        port = open_port(url, baud)
+        try:
+            return cls(Channel(port, name=url), fmt, port.close)
+        except BaseException:
+            port.close()
+            raise
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._close()
+
+    def read(
+        self,
+        address: int,
+        count: int,
+        first: int = 0,
+        size: int | None = None,
+        progress: Progress = silently,
+    ) -> np.ndarray:
+        """Bytes (count, size) of memory words: those from `first` on, all if not said."""
+        size = 4 * self._limbs - first if size is None else size
+        raw = self.channel.read(address, count, first, size, progress)
+        return np.frombuffer(raw, np.uint8).reshape(count, size)
+
+    def write(self, address: int, rows: np.ndarray, first: int = 0, progress: Progress = silently):
+        """Write bytes (n, size) of memory words, from byte `first` of each on."""
+        rows = np.ascontiguousarray(rows, np.uint8)
+        self.channel.write([(address, rows.tobytes())], first, rows.shape[1], progress)
+
+    def status(self) -> Status:
+        """How a run goes, or went."""
+        return self._registers.status()
+
+    def counters(self) -> dict:
+        """What the board has counted: of the last update and cast, and of the link since reset."""
+        return self._registers.counters()
+
+    def reset(self) -> bool:
+        """Open a new session and stop the run that is under way; whether one was."""
+        self.channel.open()
+        return self._runner.stop()
+
+    def run(self, job: dict, most_cycles: int) -> dict:
+        """Run a job, given by the fields of hdl.core.frame_job. All counters of the board."""
+        return self._runner.run(job, most_cycles)
+
+    def upload(self, prepared: Prepared, frame: int | None = None, progress: Progress = silently):
+        """Bring a scene to the board, in the pose of a frame: its first if not said.
+
+        Raises
+        ------
+        InputError
+            It does not fit the board: says what, what it needs and what is there.
+        """
+        check_fit(prepared, self.config, self.words)
+        with self._at_work():
+            self.prepared = self.bits = None
+            for part in parts.constant_parts(prepared.image):
+                self.write(part.address, part.rows, part.first, progress)
+            self.prepared = prepared
+            self.show(prepared.frames[0] if frame is None else frame, progress)
+
+    def show(self, frame: int, progress: Progress = silently) -> dict | None:
+        """Bring the scene to a frame: the vertices that move, and an update.
+
+        The counters of the update; None where no vertex has moved.
+        """
+        prepared = self._on_board()
+        image, bits = prepared.image, prepared.coordinates(frame)
+        part = parts.vertex_part(image, bits)
+        changed = np.ones(len(part.rows), bool)
+        if self.bits is not None:
+            changed = (bits != self.bits)[image.vertices].any(axis=1)
+        if not changed.any():
+            return None
+        length = len(image.instructions)
+        job = {
+            "program": {"address": 0, "length": length},
+            "casts": 0,
+            "cast": {"scene": scene_fields(image)},
+        }
+        with self._at_work():
+            self.bits = None
+            runs = parts.runs_of(part, changed, RUN.size)
+            self.channel.write(runs, part.first, part.size, progress)
+            counters = self._runner.run(job, BESIDE + INSTRUCTION_CYCLES * length)
+            self.bits = bits
+        return counters["update"]
+
+    def render(
+        self,
+        view: View,
+        progress: Progress = silently,
+        ran: Callable[[dict], None] = lambda _: None,
+    ) -> dict[str, np.ndarray]:
+        """Hits (n,) t, u, v, triangle of a camera's rays, in the order of sim.model.rays.camera.
+
+        In bands of rows where the memory does not hold all; `ran` is told the counters of each.
+        """
+        prepared = self._on_board()
+        image, size = prepared.image, parts.hit_bytes(self.config.fmt)
+        found: list[dict[str, np.ndarray]] = []
+        with self._at_work():
+            for band in view.bands(packets_at_once(image, self.words, view, prepared.scene.name)):
+                rays = RAYS * band.packets
+                cast = {
+                    "scene": scene_fields(image),
+                    "camera": 1,
+                    "image": image_fields(self.config, band),
+                    "hits": image.size,
+                }
+                job = {"program": {"length": 0}, "casts": 1, "cast": cast}
+                ran(self._runner.run(job, BESIDE + RAY_CYCLES * rays))
+                rows = self.read(image.size, rays, 0, size, progress)
+                found.append(hits_of(self.config, parts.words_of(rows, self._limbs)))
+        return {name: np.concatenate([hits[name] for hits in found]) for name in HIT_FIELDS}
+
+    def _on_board(self) -> Prepared:
+        if self.prepared is None:
+            raise InputError(f"{self.channel.name}: there is no scene on the board; upload one")
+        return self.prepared
+
+    @contextmanager
+    def _at_work(self) -> Iterator[None]:
+        """Nothing else runs meanwhile; a board that was reset has no scene."""
+        self._runner.settle()
+        try:
+            yield
+        except SessionLost:
+            self.prepared = self.bits = None
+            raise

@@ -1,0 +1,61 @@
+"""A host and the Verilog of a board: all arrives once over any line, or ends in an error."""
+
+import numpy as np
+import pytest
+
+from hdl.config import TINY
+from host.link.channel import Channel
+from host.link.errors import LinkError
+from sim.cosim.board import SimulatedBoard
+from sim.cosim.verilate import simulator
+from tests.host.line import BadLine
+from tests.host.simulated import SimulatedPipe
+
+pytestmark = pytest.mark.skipif(simulator() == "icarus", reason="millions of cycles")
+WORD = 16
+WORDS = 1 << TINY.address_bits
+
+
+@pytest.fixture(scope="module")
+def board():
+    with SimulatedBoard(TINY, direct=True) as board:
+        yield board
+
+
+def test_a_clean_line_loses_nothing(board, rng):
+    pipe = SimulatedPipe(board)
+    channel = Channel(pipe, clock=pipe.clock)
+    for _ in range(30):
+        count = int(rng.integers(1, 600))
+        address, data = int(rng.integers(WORDS - count + 1)), rng.bytes(count * WORD)
+        channel.write([(address, data)], 0, WORD)
+        assert channel.read(address, count, 0, WORD) == data
+
+
+@pytest.mark.slow
+def test_a_thousand_uploads_over_a_bad_line(board, seed):
+    """Never a wrong word: what was said to be there is, whatever damage came later."""
+    rng = np.random.default_rng(seed)
+    memory = np.zeros((WORDS, WORD), np.uint8)
+    known = np.zeros(WORDS, bool)
+    lines = [BadLine((seed, way), rate=1e-4, bursts=1e-5, frames=0.002) for way in range(2)]
+    pipe, honest = SimulatedPipe(board, *lines), SimulatedPipe(board)
+    errors = sent_again = 0
+    for _ in range(10):
+        channel = Channel(pipe, clock=pipe.clock)
+        for _ in range(100):
+            count = int(rng.integers(1, 400))
+            address, data = int(rng.integers(WORDS - count + 1)), rng.bytes(count * WORD)
+            there = slice(address, address + count)
+            try:
+                channel.write([(address, data)], 0, WORD)
+                memory[there] = np.frombuffer(data, np.uint8).reshape(-1, WORD)
+                known[there] = True
+            except LinkError:
+                errors, known[there] = errors + 1, False
+        sent_again += channel.statistics.retransmissions
+        found = Channel(honest, clock=honest.clock).read(0, WORDS, 0, WORD)
+        rows = np.frombuffer(found, np.uint8).reshape(-1, WORD)
+        assert (rows == memory)[known].all()
+    print(f"{errors} of 1000 uploads ended in an error; {sent_again} frames were sent again")
+    assert errors < 20 < sent_again
