@@ -1,12 +1,7 @@
 """The simulated machine, as a Python object that reads, writes and runs jobs."""
 
-import shutil
-import socket
-import tempfile
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +13,7 @@ from hdl.records import word_bits
 from hdl.update.processor import UpdateProcessor
 from sim.cosim import verilate
 from sim.cosim.bench import MEMORY_MODEL, Bench
+from sim.cosim.process import Process
 
 SLICE = 20_000
 """Cycles between two looks at a job that runs."""
@@ -86,68 +82,21 @@ class Machine:
         self.config = config
         self._job, self._counters = bench.i.payload.shape(), bench.counters.shape()
         self.timing = timing
-        self._waves = waves
         folder = verilate.build(
             bench,
             sources=[MEMORY_MODEL],
             waves=waves is not None,
             identity=f"{unit.__module__} {unit.__qualname__} {config} {bench.words}",
         )
-        self._work = tempfile.TemporaryDirectory(prefix="bkdtree-")
-        self._error: Exception | None = None
-        path = Path(self._work.name) / "socket"
-        with socket.socket(socket.AF_UNIX) as listener:
-            listener.bind(str(path))
-            listener.listen()
-            listener.settimeout(0.1)
-            self._thread = threading.Thread(target=self._simulate, args=(folder, path), daemon=True)
-            self._thread.start()
-            self._connection = self._accept(listener)
+        self._process = Process(folder, "sim.cosim.server", waves)
+        self._call = self._process.call
         self.reset(timing)
-
-    def _simulate(self, folder: Path, path: Path):
-        work = Path(self._work.name)
-        try:
-            verilate.run(
-                folder,
-                "sim.cosim.server",
-                work,
-                waves=self._waves is not None,
-                log=work / "simulator.log",
-                BKDTREE_SOCKET=path,
-            )
-        except Exception as error:
-            self._error = error
-
-    def _accept(self, listener: socket.socket) -> Connection:
-        while self._thread.is_alive():
-            try:
-                return Connection(listener.accept()[0].detach())
-            except TimeoutError:
-                continue
-        raise self._error or verilate.SimulationError("the simulator ended before it began")
-
-    def _call(self, name: str, *arguments):
-        try:
-            self._connection.send((name, arguments))
-            result = self._connection.recv()
-        except (EOFError, ConnectionError):
-            self._thread.join()
-            raise self._error or verilate.SimulationError("the simulator has ended") from None
-        if isinstance(result, RuntimeError):
-            raise verilate.SimulationError(str(result))
-        return result
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self._connection.close()
-        self._thread.join()
-        waves = Path(self._work.name) / verilate.WAVES
-        if self._waves is not None and waves.exists():
-            shutil.move(waves, self._waves)
-        self._work.cleanup()
+        self._process.close()
 
     def reset(self, timing: Timing):
         """Reset the machine, not the words in its memory, and let the memory behave so."""

@@ -82,12 +82,9 @@ async def wait(dut, cycles: int) -> tuple[bool, int]:
 CALLS = {call.__name__: call for call in (reset, load, dump, start, wait)}
 
 
-@cocotb.test()
-async def serve(dut):
-    """Calls that come over the socket, as (name, arguments), each answered by its result."""
+async def answer(dut, calls):
+    """Start the clock; answer each call that comes over the socket, a name and arguments."""
     with connect() as connection:
-        dut.load.value = 0
-        dut.dump.value = 0
         Clock(dut.clk, CYCLE, unit="ns", impl="gpi").start()
         while True:
             try:
@@ -95,7 +92,15 @@ async def serve(dut):
             except EOFError:
                 return
             try:
-                result = await CALLS[name](dut, *arguments)
+                result = await calls[name](dut, *arguments)
             except RuntimeError as error:
                 result = error
             connection.send(result)
+
+
+@cocotb.test()
+async def serve(dut):
+    """Serve the calls of sim.cosim.machine."""
+    dut.load.value = 0
+    dut.dump.value = 0
+    await answer(dut, CALLS)
