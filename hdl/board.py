@@ -50,8 +50,10 @@ class Board(wiring.Component):
     def __init__(
         self, config: Config, *, words: int, clock_hz: float, baud: float, on_chip: bool = True
     ):
+        self.config = config
+        self.words = words
+        self.on_chip = on_chip
         self.core = LinkedCore(config, Surroundings(words, round(clock_hz)))
-        self.memory = OnChip(config, words=words) if on_chip else AxiMaster(config)
         self.receiver = Receiver(clock_hz=clock_hz, baud=baud)
         self.transmitter = Transmitter(clock_hz=clock_hz, baud=baud)
         super().__init__({
@@ -62,11 +64,16 @@ class Board(wiring.Component):
             **({} if on_chip else {"m_axi": Out(axi(config))}),
         })
 
+    def memory(self) -> OnChip:
+        """The memory on the chip, to be made one of this component's parts."""
+        return OnChip(self.config, words=self.words)
+
     def elaborate(self, platform):
         m = Module()
 
         m.submodules.core = core = self.core
-        m.submodules.memory = memory = self.memory
+        memory = self.memory() if self.on_chip else AxiMaster(self.config)
+        m.submodules.memory = memory
         m.submodules.receiver = receiver = self.receiver
         m.submodules.transmitter = transmitter = self.transmitter
         wiring.connect(m, receiver.o, core.i)

@@ -47,7 +47,7 @@ class LinkedCore(wiring.Component):
     Raises
     ------
     ValueError
-        The configuration has no caches, and so three memory ports.
+        The configuration has no caches, and so three memory ports; or the words are none.
     """
 
     i: stream.Interface
@@ -63,6 +63,11 @@ class LinkedCore(wiring.Component):
     def __init__(self, config: Config, around: Surroundings, *, outstanding: int = 128):
         if not config.cache_words:
             raise ValueError("memory with one port wants caches: cache_words is 0")
+        if not 1 <= around.words <= 1 << config.address_bits:
+            raise ValueError(
+                f"1 to {1 << config.address_bits} words have an address, and these are "
+                f"{around.words}"
+            )
         self.config = config
         self.around = around
         self.outstanding = outstanding

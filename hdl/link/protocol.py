@@ -11,9 +11,10 @@ command  body                                   body of its answer
 HELLO    version of the host                    HELLO_ANSWER
 READ     READ                                   `bytes` of each word, from `first` on
 WRITE    WRITE, then runs: RUN, then `bytes`    none
-         for each of its words
+         for each of its words; or no run
 PEEK     PEEK                                   registers, 4 bytes each
-POKE     POKE, then registers, 4 bytes each     none
+POKE     POKE, then registers, 4 bytes each,    none
+         or none
 =======  =====================================  ======================================
 
 The registers are those of hdl.registers: they say what the board is, run updates and casts, and
@@ -24,14 +25,15 @@ a HELLO of sequence number 0; its further commands count from 1, modulo 2**16. A
 session, none after reset, and the sequence number that it expects, and does as follows:
 
 - HELLO with a session that is not the board's, of its version: opens that session, expects 1.
-  Every HELLO is answered by OK, whatever its version: this frame is the same in all versions.
+  Every HELLO is answered by OK, whatever its version or number: this frame is the same in all
+  versions. One of another length is REFUSED.
 - A command of another session, or without one: REFUSED, Reason.SESSION.
 - The number that is expected: the command is executed, answered by OK with its number, and the
   next number is expected. If it is at fault, the answer is REFUSED, with a Reason as its body, and
   the same number stays expected; what it has written by then stays written.
 - One of the 2**15 numbers before: the frame is a repetition. READ and PEEK are executed again;
-  WRITE and POKE are not; all are answered by OK. So a host sends no WRITE and no POKE while a READ
-  or PEEK is unanswered.
+  WRITE and POKE are not; all are answered by OK, if they are not at fault now. So a host sends no
+  WRITE and no POKE while a READ or PEEK is unanswered.
 - Any other number, or a frame that is damaged or finds no room: REPEAT, with the number that is
   expected; several can be answered by one. Without a session there is no answer.
 
@@ -43,7 +45,7 @@ from amaranth.lib import data, enum
 VERSION = 1
 MAGIC = int.from_bytes(b"BKDT", "big")
 BODY_BYTES = 1024
-"""Most of a body."""
+"""Most of a body. A longer one is refused, if there is room for it at all."""
 
 HEADER = data.StructLayout({"kind": 8, "session": 16, "sequence": 16, "length": 16})
 """`length` is that of the body, in bytes."""
@@ -70,8 +72,8 @@ class Reason(enum.Enum, shape=8):
     SESSION = 1  # it is of another session
     KIND = 2  # there is no such command
     LENGTH = 3  # the body is shorter or longer than the command, or the answer would be too long
-    RANGE = 4  # words or registers beyond the last one, or bytes beyond a word
-    MEMORY = 5  # the memory answered with an error
+    RANGE = 4  # words or registers beyond the last one, bytes beyond a word, or none of them
+    MEMORY = 5  # the memory answered with an error during a READ or WRITE
 
 
 HELLO = data.StructLayout({"version": 8})

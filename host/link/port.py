@@ -98,6 +98,9 @@ def open_port(url: str, baud: int) -> Port:
         if "://" not in url:
             port.exclusive = True
         port.open()
+        if "://" not in url:  # what a host that is gone has left
+            port.reset_output_buffer()
+            port.reset_input_buffer()
         return port
     except (OSError, ValueError) as error:
         raise LinkError(f"{url}: {_reason(error, baud)}") from error

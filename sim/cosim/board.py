@@ -19,6 +19,14 @@ CLOCK_HZ = 50e6
 BAUD = 3e6
 
 
+class SimulatedChip(Board):
+    """A board whose memory the simulator builds quickly."""
+
+    def memory(self) -> ChipMemory:
+        """The same in the same cycles."""
+        return ChipMemory(self.config, words=self.words)
+
+
 class SimulatedBoard:
     """The Verilog of a board and of the other end of its line, simulated in a process of its own.
 
@@ -42,6 +50,8 @@ class SimulatedBoard:
 
     Attributes
     ----------
+    byte_cycles : float
+        Cycles that a byte takes on the line.
     cycles : int
         Simulated so far, but for resets.
     seconds : float
@@ -75,8 +85,10 @@ class SimulatedBoard:
     ):
         if words is None:
             words = min(1 << config.address_bits, MOST_WORDS)
+        made = bench or _bench(config, words, clock_hz, baud, direct)
+        self.byte_cycles = made.byte_cycles
         folder = verilate.build(
-            bench or _bench(config, words, clock_hz, baud, direct),
+            made,
             sources=[LINE_MODEL, CHIP_MEMORY, *sources],
             waves=waves is not None,
             identity=None if bench else f"board {config} {words} {clock_hz} {baud} {direct}",
@@ -125,6 +137,5 @@ def _bench(config: Config, words: int, clock_hz: float, baud: float, direct: boo
     if direct:
         core = LinkedCore(config, Surroundings(words, round(clock_hz)))
         return DirectBench(DirectBoard(core, config, words=words))
-    board = Board(config, words=words, clock_hz=clock_hz, baud=baud)
-    board.memory = ChipMemory(config, words=words)
+    board = SimulatedChip(config, words=words, clock_hz=clock_hz, baud=baud)
     return PinsBench(board, clock_hz / baud)

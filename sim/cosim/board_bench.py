@@ -95,6 +95,11 @@ class BoardBench(wiring.Component):
             **{"framing_errors": Out(32), "idle": Out(1), "lull": Out(1), "stop": Out(1)},
         })
 
+    @property
+    def byte_cycles(self) -> float:
+        """Cycles that a byte takes on the line."""
+        return 1
+
     def _ends(self) -> dict:
         """Parameters and ports of the line model, for the line of this board."""
         raise NotImplementedError
@@ -136,6 +141,11 @@ class PinsBench(BoardBench):
         super().__init__(unit)
         self.pins = unit
         self.bit_cycles = bit_cycles
+
+    @property
+    def byte_cycles(self) -> float:
+        """With start and stop."""
+        return 10 * self.bit_cycles
 
     def _ends(self):
         return {

@@ -7,12 +7,15 @@ from collections.abc import Callable
 from typing import Protocol
 
 from sim.cosim.board import SimulatedBoard
+from sim.cosim.line import DEPTH
 
 SHORT = 256
 """Cycles between two looks at the port after an answer, doubled at each look: a client that answers
 an answer is heard soon, and a long run is seldom interrupted."""
 LONG = 0.02
 """Seconds between two looks at most."""
+AHEAD = 20_000
+"""Cycles' worth of bytes that the line is given ahead: a client that follows waits no longer."""
 
 
 class Port(Protocol):
@@ -59,7 +62,8 @@ class Pump:
         """Go on until something can be read from `stop`. Calls `tick` after each piece of work."""
         while True:
             waits = self.board.idle or self._unread
-            takes = [self.port] if self.board.room and not self._unread else []
+            room = self._room()
+            takes = [self.port] if room and not self._unread else []
             gives = [self.port] if self._unread else []
             ready, *_ = select.select([stop, *takes], gives, [], None if waits else 0)
             if stop in ready:
@@ -67,10 +71,15 @@ class Pump:
             if self._unread:
                 self._hand_on()
                 continue
-            came = self.port.read(self.board.room) if self.port in ready else b""
+            came = self.port.read(room) if self.port in ready else b""
             if came or not self.board.idle:
                 self._advance(came)
                 tick()
+
+    def _room(self) -> int:
+        """Bytes that the line takes now."""
+        ahead = int(AHEAD / self.board.byte_cycles)
+        return max(0, min(self.board.room, self.board.room - DEPTH + ahead))
 
     def _advance(self, came: bytes):
         begun = time.perf_counter()

@@ -229,6 +229,12 @@ def test_contract(tmp_path, seed):
     run_cocotb(SideBySide({"linked": unit}), __name__, tmp_path, seed=seed, JOBS=tmp_path / "jobs")
 
 
+@pytest.mark.parametrize("words", [0, 1 + (1 << TINY.address_bits)])
+def test_sizes_that_are_none(words):
+    with pytest.raises(ValueError, match=f"these are {words}"):
+        LinkedCore(TINY, Surroundings(words))
+
+
 def test_one_port_wants_caches():
     with pytest.raises(ValueError, match="caches"):
         LinkedCore(replace(TINY, cache_words=0), Surroundings(16))

@@ -101,15 +101,6 @@ def test_render_is_the_frame_that_bkd_sim_would_choose(host, small):
     assert (code, err) == (0, "")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("view", ["shaded", "depth"])
-def test_pictures_are_those_of_the_simulation(view, host, run, small):
-    options = ["--frames", "0:4", "--size", "24x18", "--view", view]
-    assert run("bkd-sim", "render", small, *options, "--out", "sim.png")[0] == 0
-    assert host("play", small, *options, "--out", "host.png")[0] == 0
-    assert Path("sim.png").read_bytes() == Path("host.png").read_bytes()
-
-
 def test_a_picture_in_bands(run, small):
     arguments = ["render", small, "--size", "40x30", "--out"]
     for words, bands in ((4096, 1), (13 + 3 * 80, 5)):

@@ -96,6 +96,7 @@ def test_it_answers(arguments, end, tmp_path, rng):
         os.killpg(process.pid, end)  # as a terminal does
         out, err = process.communicate(timeout=20)
     assert process.returncode == 0 and out == ""
+    assert all(line.startswith("bkd-sim: ") for line in err.splitlines()), err
     assert f"--port {port.port} identify" in err and "cycles/s" in err.splitlines()[-1]
     assert ("past the UART" in err) == ("--direct" in arguments)
     assert (tmp_path / "w.fst").exists() == ("--waves" in arguments)

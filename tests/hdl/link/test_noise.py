@@ -125,7 +125,7 @@ def simulate(work, seed: int, count: int):
 
 
 def test_contract(tmp_path, seed):
-    simulate(tmp_path, seed, 100_000)
+    simulate(tmp_path, seed, 20_000)
 
 
 @pytest.mark.slow

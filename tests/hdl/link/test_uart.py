@@ -5,7 +5,7 @@ import random
 
 import cocotb
 import pytest
-from cocotb.triggers import RisingEdge, Timer, ValueChange, with_timeout
+from cocotb.triggers import FallingEdge, First, RisingEdge, Timer, ValueChange, with_timeout
 from cocotb.utils import get_sim_time
 
 from hdl.link.uart import FEWEST_CYCLES, Receiver, Transmitter, bits_a_cycle
@@ -79,16 +79,18 @@ class Heard:
         self.errors = 0
 
     async def run(self):
-        """Listen without end."""
+        """Listen without end. Both pulses last a cycle, and bytes are many cycles apart."""
         valid, payload, error = (
             getattr(self.dut, f"{self.name}__{x}")
             for x in ("o__valid", "o__payload", "framing_error")
         )
         while True:
-            await RisingEdge(self.dut.clk)
-            if valid.value:
-                self.bytes.append(int(payload.value))
-            self.errors += int(error.value)
+            await First(RisingEdge(valid), RisingEdge(error))
+            for _ in range(2):
+                await FallingEdge(self.dut.clk)
+                if valid.value:
+                    self.bytes.append(int(payload.value))
+                self.errors += int(error.value)
 
 
 async def listen(dut) -> tuple[Heard, float]:
