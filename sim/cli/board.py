@@ -110,7 +110,7 @@ def _stopped() -> Iterator[socket.socket]:
 @contextmanager
 def _status(pump: Pump):
     """Called after each piece of work: keeps a status line, where standard error is a terminal."""
-    console = Console(stderr=True)
+    console = Console(stderr=True, highlight=False)
     if not console.is_terminal:
         yield lambda: None
         return
