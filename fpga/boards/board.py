@@ -60,8 +60,11 @@ class Board:
         """Memory words on the chip: all that the configuration addresses."""
         return 1 << self.config.address_bits
 
-    def clock(self, m: Module, platform):
-        """Make the domain `sync`, in reset until its clock runs."""
+    def clock(self, m: Module, platform, pressed: Value):
+        """Make the domain `sync`, in reset until its clock runs, and while a button is pressed.
+
+        The platform makes its own domain, which has no reset.
+        """
         if not self.pll:
             return
         oscillator = platform.request(platform.default_clk, dir="-")
@@ -69,7 +72,7 @@ class Board:
         m.domains.sync = ClockDomain("sync")
         locked = Signal()
         self.pll(m, pin.i, locked)
-        m.submodules.reset = ResetSynchronizer(~locked)
+        m.submodules.reset = ResetSynchronizer(~locked | pressed)
 
 
 class Top(Elaboratable):
@@ -84,16 +87,19 @@ class Top(Elaboratable):
     def elaborate(self, platform):
         m = Module()
         board = self.board
-        board.clock(m, platform)
-        pressed = Signal()
-        inner = design.Board(
-            board.config, words=board.words, clock_hz=board.clock_hz, baud=board.baud
-        )
-        m.submodules.design = ResetInserter(pressed)(inner)
         m.submodules.button = button = io.Buffer(
             io.Direction.Input, platform.request("button", dir="-")
         )
-        m.submodules.pressed = FFSynchronizer(button.i, pressed)
+        board.clock(m, platform, button.i)
+        inner = design.Board(
+            board.config, words=board.words, clock_hz=board.clock_hz, baud=board.baud
+        )
+        if board.pll:
+            m.submodules.design = inner
+        else:
+            pressed = Signal()
+            m.submodules.pressed = FFSynchronizer(button.i, pressed)
+            m.submodules.design = ResetInserter(pressed)(inner)
         uart = platform.request("uart", dir="-")
         m.submodules.rx = rx = io.Buffer(io.Direction.Input, uart.rx)
         m.submodules.tx = tx = io.Buffer(io.Direction.Output, uart.tx)

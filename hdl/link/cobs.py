@@ -105,7 +105,8 @@ class Encoder(wiring.Component):
         block = Signal.like(ring.end)  # place of its length
         ended = Signal(reset_less=True)  # the byte before was the last one of its frame
         at = Signal.like(ring.end, init=1)  # that of its next byte
-        part, full = Signal.like(self.i.p, reset_less=True), Signal()  # a byte that was taken
+        part = Signal.like(self.i.p, reset_less=True)  # a byte that was taken
+        full = Signal()  # there is one
         m.d.comb += [self.i.ready.eq(~full), ring.top.eq(at)]
         with m.If(~full):
             m.d.sync += [part.eq(self.i.p), full.eq(self.i.valid)]

@@ -110,7 +110,9 @@ class Executor(wiring.Component):
         asks = Signal()  # for frames that did not come
         silent = Signal()  # there is no answer to this command
         reason = Signal(8, reset_less=True)  # why it is refused, before its body is looked at
-        hello, alters, does = Signal(), Signal(), Signal()
+        hello = Signal()
+        alters = Signal()  # memory or registers
+        does = Signal()  # it is executed
         is_header = step == Step.HEADER
         m.d.comb += [
             session.session.eq(command.session),

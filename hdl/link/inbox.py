@@ -58,7 +58,8 @@ class Inbox(wiring.Component):
         m = Module()
 
         m.submodules.ring = ring = self.ring
-        ended, right = Signal(), Signal(reset_less=True)  # a frame; it is one
+        ended = Signal()  # a frame
+        right = Signal(reset_less=True)  # it is one
         m.submodules.crc = crc = crc32(ended)
         wiring.connect(m, ring.o, wiring.flipped(self.o))
         at = Signal.like(ring.end)  # place of the next byte

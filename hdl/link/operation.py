@@ -114,12 +114,15 @@ class Operation(wiring.Component):
         wiring.connect(m, transfer.registers, wiring.flipped(self.registers))
         wiring.connect(m, transfer.o_bytes, wiring.flipped(self.o))
 
-        step, after = Signal(Step), Signal(Step, reset_less=True)  # after a part
+        step = Signal(Step)
+        after = Signal(Step, reset_less=True)  # a part
         wanted = Signal(range(LONGEST_PART.size // 8 + 1))  # bytes of the part
-        left, any_left = Signal(16), Signal()  # bytes of the body
+        left = Signal(16)  # bytes of the body
+        any_left = Signal()
         last = Signal(LONGEST_PART.size, reset_less=True)  # bytes taken; the latest is the highest
         lanes = Signal(WRITE, reset_less=True)
-        uses, faulty = Signal(), Signal()  # memory; it answered with an error meanwhile
+        uses = Signal()  # memory
+        faulty = Signal()  # which answered with an error meanwhile
 
         def taken(part):
             """A part of the body that was taken last."""

@@ -55,7 +55,8 @@ class Outbox(wiring.Component):
         m = Module()
 
         m.submodules.body = body = Ring(BODY_BYTES)
-        part, at_byte = Signal(Part), Signal(3)
+        part = Signal(Part)
+        at_byte = Signal(3)  # of header or CRC
         m.submodules.crc = crc = crc32(part == Part.NONE)
         at = Signal.like(body.end)  # place of the next byte of the body
         length = Signal.like(body.end)

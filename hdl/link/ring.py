@@ -61,7 +61,8 @@ class Ring(wiring.Component):
         writes, reads = stored.write_port(), stored.read_port()
         begin = Signal.like(self.end)  # of what has not been looked up
         found = Signal()  # a byte, in the memory's own register
-        step, read = Signal(), Signal()  # that register; it takes the next byte
+        step = Signal()  # that register
+        read = Signal()  # it takes the next byte
         m.d.comb += [
             self.room.eq((self.top[:bits] != begin[:bits]) | (self.top[bits] == begin[bits])),
             writes.addr.eq(self.place[:bits]),

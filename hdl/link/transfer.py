@@ -89,7 +89,9 @@ class Transfer(wiring.Component):
         # These are known before the first byte: what asks for a word has them too.
         word = Signal.like(response.payload)  # its next byte is the lowest
         mask = Signal.like(request.p.mask)
-        inside, moves, ends = Signal(), Signal(), Signal()  # the lane; a byte; the word
+        inside = Signal()  # the lane is one of those that count
+        moves = Signal()  # the word, by a lane
+        ends = Signal()  # the word does
         whole = job.write & ~job.registers  # all lanes pass, so that bytes get where they belong
         m.d.comb += [
             self.i.ready.eq(step == Step.WAIT),

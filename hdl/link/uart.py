@@ -131,9 +131,12 @@ class Receiver(wiring.Component):
 
         line = Signal(init=1)
         m.submodules.synchroniser = FFSynchronizer(self.rx, line, init=1)
-        left, low = Signal(range(11)), Signal()  # bits, with start and stop; after a framing error
-        phase, passed = Signal(PHASE_BITS), Signal(PHASE_BITS)
-        seen, bit = Signal(2, reset_less=True), Signal()  # samples; what they and this one say
+        left = Signal(range(11))  # bits, with start and stop
+        low = Signal()  # ever since a framing error
+        phase = Signal(PHASE_BITS)  # of a bit
+        passed = Signal(PHASE_BITS)  # that of the next cycle
+        seen = Signal(2, reset_less=True)  # the two samples before
+        bit = Signal()  # what they and this one say
         samples = Signal()  # an eighth of a bit begins
         decides = Signal()  # it is the one after that in the middle
         m.d.comb += [

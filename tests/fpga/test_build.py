@@ -43,8 +43,8 @@ class Pinned(Elaboratable):
 
     def elaborate(self, platform):
         m = Module()
-        self.board.clock(m, platform)
         m.submodules.button = button = io.Buffer("i", platform.request("button", dir="-"))
+        self.board.clock(m, platform, button.i)
         uart = platform.request("uart", dir="-")
         m.submodules.rx = rx = io.Buffer("i", uart.rx)
         m.submodules.tx = tx = io.Buffer("o", uart.tx)

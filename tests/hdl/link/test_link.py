@@ -66,16 +66,14 @@ class Bench:
         assert self.line.pulses["executed"] == self.board.done
 
 
-async def begin(
-    dut, line_busy: float = 0.0, memory_busy: float = 0.0, latency: int = 2, served: bool = True
-) -> Bench:
+async def begin(dut, line_busy: float = 0.0, memory_busy: float = 0.0, latency: int = 2) -> Bench:
     name = os.environ["UNIT"]
     inputs = ("i__valid", "o__ready", "failed", "unsettled", "port__request__ready")
     inputs += ("port__response__valid", "registers__read_data", "registers__missing")
     have = [f"{name}__{x}" for x in inputs if hasattr(dut, f"{name}__{x}")]
     await start(dut, **dict.fromkeys(have, 0))
     bench = Bench(dut, name, line_busy, memory_busy, latency)
-    for part in (bench.line, bench.registers, *([bench.memory] if served else [])):
+    for part in (bench.line, bench.registers, bench.memory):
         cocotb.start_soon(part.run())
     return bench
 
