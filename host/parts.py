@@ -54,6 +54,11 @@ def hit_bytes(fmt: FloatFormat) -> int:
     return -(-hit(fmt).size // 8)
 
 
+def hit_head_bytes(fmt: FloatFormat) -> int:
+    """Bytes of a hit before the first one with bits of its triangle."""
+    return hit(fmt)["triangle"].offset // 8
+
+
 def constant_parts(image: Image) -> Iterator[Part]:
     """What an upload writes of a scene: all but vertices and bounds."""
     whole, words = word_bytes(image.config.fmt), image.constant_words()
@@ -92,16 +97,22 @@ def words_of(rows: np.ndarray, limbs: int) -> np.ndarray:
     return raw.view("<u4").astype(np.uint32)
 
 
-def runs_of(part: Part, changed: np.ndarray, header: int) -> list[tuple[int, bytes]]:
-    """The rows where `changed` (n,) is set, in runs of neighbours, each with its address.
+def spans(wanted: np.ndarray, size: int, header: int) -> list[slice]:
+    """Runs of neighbours that hold all rows where `wanted` (n,) is set.
 
-    Rows in between go along where they are fewer bytes than the `header` of another run.
+    Rows in between go along where their bytes, `size` each, are fewer than the `header` of a run.
     """
-    rows = np.flatnonzero(changed)
+    rows = np.flatnonzero(wanted)
     if not len(rows):
         return []
-    ends = np.flatnonzero((np.diff(rows) - 1) * part.size > header)
+    ends = np.flatnonzero((np.diff(rows) - 1) * size > header)
     first, last = rows[np.r_[0, ends + 1]].tolist(), rows[np.r_[ends, len(rows) - 1]].tolist()
+    return [slice(a, b + 1) for a, b in zip(first, last, strict=True)]
+
+
+def runs_of(part: Part, changed: np.ndarray, header: int) -> list[tuple[int, bytes]]:
+    """The rows where `changed` (n,) is set, in runs of neighbours, each with its address."""
     return [
-        (part.address + a, part.rows[a : b + 1].tobytes()) for a, b in zip(first, last, strict=True)
+        (part.address + span.start, part.rows[span].tobytes())
+        for span in spans(changed, part.size, header)
     ]

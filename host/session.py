@@ -6,7 +6,8 @@ from contextlib import contextmanager
 import numpy as np
 
 from hdl.fp.format import FloatFormat
-from hdl.rays.packet import RAYS
+from hdl.link.protocol import CRC_BYTES, HEADER_BYTES
+from hdl.rays.packet import NO_TRIANGLE, RAYS
 from hdl.records import word_bits
 from host import parts
 from host.fit import check_fit, packets_at_once
@@ -19,6 +20,10 @@ from host.runner import Runner
 from sim.compiler.rays import HIT_FIELDS, View, hits_of, image_fields, scene_fields
 from sim.errors import InputError
 from sim.prepare import Prepared
+from sim.report.pixels import camera_rays
+
+ANSWER_BYTES = HEADER_BYTES + CRC_BYTES + 2
+"""Of an answer on the line, beside its body."""
 
 INSTRUCTION_CYCLES, RAY_CYCLES, BESIDE = 1_000, 2_000, 10_000_000
 """More than a run takes, of the board's clock: an instruction, a ray, and whatever else."""
@@ -185,7 +190,7 @@ class Board:
         In bands of rows where the memory does not hold all; `ran` is told the counters of each.
         """
         prepared = self._on_board()
-        image, size = prepared.image, parts.hit_bytes(self.config.fmt)
+        image = prepared.image
         found: list[dict[str, np.ndarray]] = []
         with self._at_work():
             for band in view.bands(packets_at_once(image, self.words, view, prepared.scene.name)):
@@ -198,9 +203,26 @@ class Board:
                 }
                 job = {"program": {"length": 0}, "casts": 1, "cast": cast}
                 ran(self._runner.run(job, BESIDE + RAY_CYCLES * rays))
-                rows = self.read(image.size, rays, 0, size, progress)
-                found.append(hits_of(self.config, parts.words_of(rows, self._limbs)))
+                found.append(self._hits(band, progress))
         return {name: np.concatenate([hits[name] for hits in found]) for name in HIT_FIELDS}
+
+    def _hits(self, view: View, progress: Progress) -> dict[str, np.ndarray]:
+        """The hits of a run: their triangles, and the rest of those that are there."""
+        fmt, at = self.config.fmt, self._on_board().image.size
+        head, size, count = parts.hit_head_bytes(fmt), parts.hit_bytes(fmt), RAYS * view.packets
+        rows = np.zeros((count, size), np.uint8)
+        rows[:, head:] = self.read(at, count, head, size - head, progress)
+        hits = hits_of(self.config, parts.words_of(rows, self._limbs))
+        misses = hits["triangle"] == NO_TRIANGLE
+        wanted = parts.spans(~misses, head, ANSWER_BYTES)
+        runs = [(at + span.start, span.stop - span.start) for span in wanted]
+        raw = np.frombuffer(self.channel.gather(runs, 0, head, progress), np.uint8)
+        places = [np.arange(span.start, span.stop) for span in wanted]
+        rows[np.concatenate([*places, np.empty(0, np.int64)]), :head] = raw.reshape(-1, head)
+        hits = hits_of(self.config, parts.words_of(rows, self._limbs))
+        hits["t"][misses] = camera_rays(fmt, view).t_max[misses]
+        hits["u"][misses] = hits["v"][misses] = 0
+        return hits
 
     def _on_board(self) -> Prepared:
         if self.prepared is None:

@@ -83,10 +83,10 @@ def play(
             meter.moved(count)
 
         update = board.show(frame, sent)
-        meter.less(all_vertices - moved)
         if update:
             cycles.update(update=sum(update.values()), updates=1)
-        hits = board.render(view, meter.moved, ran)
+        hits = board.render(view, sent, ran)
+        meter.less(all_vertices + hit_bytes - moved)
         assert board.bits is not None
         vertices = decode(config.fmt, board.bits)
         seen = pixels.seen_by(camera, vertices, prepared.leaf_vertices, config.fmt, rays, hits)

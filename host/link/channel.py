@@ -131,7 +131,17 @@ class Channel:
         self, address: int, count: int, first: int, size: int, progress: Progress = silently
     ) -> bytes:
         """Of `count` memory words `size` bytes each, from byte `first` on."""
-        commands = split.reads(address, count, first, size, self._most)
+        return self.gather([(address, count)], first, size, progress)
+
+    def gather(
+        self,
+        runs: Iterable[tuple[int, int]],
+        first: int,
+        size: int,
+        progress: Progress = silently,
+    ) -> bytes:
+        """The same of runs of words, given by address and count, one after the other."""
+        commands = split.reads(runs, first, size, self._most)
         return b"".join(self._run(commands, progress))
 
     def write(

@@ -14,13 +14,14 @@ PEEK, POKE = Packed(protocol.PEEK), Packed(protocol.POKE)
 MOST_WORDS = (1 << 16) - 1
 
 
-def reads(address: int, count: int, first: int, size: int, most: int) -> Iterator[Command]:
-    """READs of words, whose answers take `most` bytes each at most."""
+def reads(runs: Iterable[tuple[int, int]], first: int, size: int, most: int) -> Iterator[Command]:
+    """READs of runs of words, whose answers take `most` bytes each at most."""
     at_once = min(most // size, MOST_WORDS)
-    for done in range(0, count, at_once):
-        words = min(at_once, count - done)
-        body = READ.pack(address=address + done, count=words, first=first, bytes=size)
-        yield Command(Kind.READ, body, words * size, words * size)
+    for address, count in runs:
+        for done in range(0, count, at_once):
+            words = min(at_once, count - done)
+            body = READ.pack(address=address + done, count=words, first=first, bytes=size)
+            yield Command(Kind.READ, body, words * size, words * size)
 
 
 def writes(

@@ -10,6 +10,7 @@ import pytest
 from hdl.config import FULL, TINY, ULX3S
 from hdl.fp.format import F24, FloatFormat
 from hdl.link.protocol import Kind
+from hdl.rays.packet import NO_TRIANGLE
 from hdl.registers import Outcome
 from host import parts, runner
 from host.link.channel import Channel
@@ -117,8 +118,10 @@ def test_only_what_means_something_travels(model, prepared):
     assert (model.memory[image.triangles_at : image.nodes_at, 12:] == 0xEE).all()
     moved.clear()
     seen = view(prepared)
-    board.render(seen, moved.append)
-    assert sum(moved) == 13 * 4 * seen.packets
+    hit = board.render(seen, moved.append)["triangle"] != NO_TRIANGLE
+    runs = np.count_nonzero(np.diff(hit))
+    least = 4 * len(hit) + 9 * np.count_nonzero(hit)  # of misses the triangle only
+    assert least <= sum(moved) < least + 13 * runs and least < 0.8 * 13 * len(hit)
 
 
 def test_only_vertices_that_change_travel(model, prepared):
