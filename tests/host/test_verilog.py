@@ -44,7 +44,7 @@ def test_a_thousand_uploads_over_a_bad_line(board, seed):
     for _ in range(10):
         channel = Channel(pipe, clock=pipe.clock)
         for _ in range(100):
-            count = int(rng.integers(1, 400))
+            count = int(rng.integers(1, 200))
             address, data = int(rng.integers(WORDS - count + 1)), rng.bytes(count * WORD)
             there = slice(address, address + count)
             try:
