@@ -18,7 +18,7 @@ WINDOW = 16 << 10
 """Bytes under way: more than a line at 3 Mbaud takes while a USB adapter holds back an answer."""
 PATIENCE = 10.0
 """Seconds without a byte from the board."""
-OPENING, TRY = 1.5, 0.2
+OPENING, TRY = 1.2, 0.2
 """Seconds for a session to open, and from one HELLO to the next."""
 ANSWERS = {kind.value for kind in (Kind.OK, Kind.REFUSED, Kind.REPEAT)}
 HELLO, HELLO_ANSWER = Packed(protocol.HELLO), Packed(protocol.HELLO_ANSWER)
