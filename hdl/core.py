@@ -17,12 +17,14 @@ from hdl.update.processor import UpdateProcessor
 
 CACHE = data.StructLayout({"hits": 32, "misses": 32})
 COUNTERS = data.StructLayout({
-    "update": processor.COUNTERS,
+    "update": processor.CYCLES,
     "cast": caster.COUNTERS,
     "nodes": CACHE,
     "geometry": CACHE,
+    "overflows": data.StructLayout({"update": 1, **caster.OVERFLOWS.members}),
 })
-"""Of the last update, the last cast, and of the caches in it: zero where there are none."""
+"""Of the last update, the last cast, and of the caches in it: zero where there are none. Of both,
+where numbers have become infinite."""
 
 
 def frame_job(config: Config) -> data.StructLayout:
@@ -95,7 +97,13 @@ class Core(wiring.Component):
 
         m.submodules.update = update = UpdateProcessor(self.config)
         m.submodules.caster = cast = RayCaster(self.config)
-        m.d.comb += [self.counters.update.eq(update.counters), self.counters.cast.eq(cast.counters)]
+        overflows = self.counters.overflows
+        m.d.comb += [
+            self.counters.update.eq(update.counters.cycles),
+            self.counters.cast.eq(cast.counters),
+            overflows.update.eq(update.counters.overflow),
+            *(overflows[name].eq(cast.overflows[name]) for name, _ in caster.OVERFLOWS),
+        ]
 
         # One after the other. The job stays here for as long as it takes.
         phase = Signal(Phase)

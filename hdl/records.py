@@ -71,8 +71,14 @@ TRIANGLE = data.StructLayout({"v0": INDEX_BITS, "v1": INDEX_BITS, "v2": INDEX_BI
 
 
 def scene(config: Config) -> data.StructLayout:
-    """Where the records of a scene lie: the first of each kind; and the root, a node."""
+    """Where the records of a scene lie: the first of each kind; and the root, a node.
+
+    margin : by how much boxes grow as rays see them, times 1 + the largest coordinate of the ray's
+        origin; at least hdl.rays.packet.margin, which is what rounding asks for. More is for bounds
+        that are older than the vertices.
+    """
     return data.StructLayout({
         **dict.fromkeys(("vertices", "triangles", "nodes"), config.address_bits),
         "root": NODE_BITS,
+        "margin": config.fmt.layout,
     })

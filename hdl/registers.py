@@ -26,7 +26,7 @@ from hdl.fp.format import FloatFormat
 from hdl.records import word_bits
 
 MAGIC = int.from_bytes(b"BKDT", "big")
-VERSION = 2
+VERSION = 3
 BYTES = 4
 """Bytes of a register."""
 

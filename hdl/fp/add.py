@@ -37,6 +37,7 @@ class Add(wiring.Component):
     -------
     i : In(stream of {a, b: fmt})
     o : Out(stream of `to`), in the order of the inputs
+    overflow : Out(1), beside o: a and b were finite and their sum is not
 
     Raises
     ------
@@ -47,6 +48,7 @@ class Add(wiring.Component):
     latency = 5
     i: stream.Interface
     o: stream.Interface
+    overflow: Signal
 
     def __init__(
         self,
@@ -60,6 +62,7 @@ class Add(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(data.StructLayout({"a": fmt.layout, "b": fmt.layout}))),
             "o": Out(stream.Signature(self.to.layout)),
+            "overflow": Out(1),
         })
 
     def elaborate(self, platform):
@@ -185,7 +188,7 @@ class Add(wiring.Component):
         # stage 5: round
         m.d.comb += rounder.i.eq(s4)
         with m.If(step):
-            m.d.sync += self.o.p.eq(rounder.o)
+            m.d.sync += [self.o.p.eq(rounder.o), self.overflow.eq(rounder.overflow)]
         return m
 
 

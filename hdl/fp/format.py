@@ -106,3 +106,9 @@ class FloatFormat:
 
 F24 = FloatFormat(exp_bits=7, man_bits=16)
 """The fp24 of Direct3D 9 hardware. The split of the 2006 board's 24 bits is not published."""
+
+
+def power_of_two(fmt: FloatFormat, exponent: int) -> data.Const:
+    """The pattern of a power of two: infinity or zero where out of range."""
+    top = (1 << fmt.exp_bits) - 1
+    return fmt.layout.const({"exp": min(max(exponent + fmt.bias, 0), top)})

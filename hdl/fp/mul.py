@@ -86,17 +86,20 @@ class Mul(wiring.Component):
     -------
     i : In(stream of {a, b: fmt})
     o : Out(stream of fmt), in the order of the inputs
+    overflow : Out(1), beside o: a and b were finite and their product is not
     """
 
     latency = 2
     i: stream.Interface
     o: stream.Interface
+    overflow: Signal
 
     def __init__(self, fmt: FloatFormat, rounding: Rounding = Rounding.NEAREST):
         self.fmt, self.rounding = fmt, rounding
         super().__init__({
             "i": In(stream.Signature(data.StructLayout({"a": fmt.layout, "b": fmt.layout}))),
             "o": Out(stream.Signature(fmt.layout)),
+            "overflow": Out(1),
         })
 
     def elaborate(self, platform):
@@ -132,5 +135,8 @@ class Mul(wiring.Component):
                 Cat(s1.half, s1.man).eq(product.man[fmt.man_bits :]),
                 more.eq(Cat(*parts, two & low[-1])),
             ]
-            m.d.sync += self.o.p.eq(rounder.o)  # stage 2: round
+            m.d.sync += [  # stage 2: round
+                self.o.p.eq(rounder.o),
+                self.overflow.eq(rounder.overflow),
+            ]
         return m

@@ -25,10 +25,12 @@ class Round(wiring.Component):
         exp: biased; man: below a hidden one;
         half, rest: the next bit of the significand, and whether there is more
     o : Out(fmt)
+    overflow : Out(1), it was finite and became infinite
     """
 
     i: data.View
     o: data.View
+    overflow: Signal
 
     def __init__(self, fmt: FloatFormat, rounding: Rounding, exponents: range):
         self.fmt, self.rounding = fmt, rounding
@@ -41,7 +43,7 @@ class Round(wiring.Component):
             "half": 1,
             "rest": 1,
         })
-        super().__init__({"i": In(self.raw), "o": Out(fmt.layout)})
+        super().__init__({"i": In(self.raw), "o": Out(fmt.layout), "overflow": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
@@ -76,7 +78,7 @@ class Round(wiring.Component):
         with m.Elif(exponent < 1):
             m.d.comb += number.eq(smallest)
         with m.Elif(exponent >= top):
-            m.d.comb += number.eq(Mux(away, infinity, infinity - 1))
+            m.d.comb += [number.eq(Mux(away, infinity, infinity - 1)), self.overflow.eq(away)]
         with m.Else():
             m.d.comb += number.eq(magnitude)
         return m

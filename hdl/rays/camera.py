@@ -52,6 +52,7 @@ class Camera(wiring.Component):
     i : In(stream of image), taken with its last ray
     o : Out(stream of setup_ray), four a packet, in order
     gives : Out(1), in one cycle for each packet, before its last ray comes
+    overflow : Out(1), a number has become infinite
     """
 
     last = 2 + Mul.latency + 2 * Add.latency  # cycles from an axis to its direction
@@ -59,6 +60,7 @@ class Camera(wiring.Component):
     i: stream.Interface
     o: stream.Interface
     gives: Signal
+    overflow: Signal
 
     def __init__(self, config: Config):
         self.config = config
@@ -66,6 +68,7 @@ class Camera(wiring.Component):
             "i": In(stream.Signature(image(config))),
             "o": Out(stream.Signature(setup_ray(config))),
             "gives": Out(1),
+            "overflow": Out(1),
         })
 
     def elaborate(self, platform):
@@ -142,7 +145,10 @@ class Camera(wiring.Component):
         direction = p.unit("direction", Add(fmt), in_row, downward)
 
         valid = Signal(self.last)
-        m.d.sync += valid.eq(Cat(busy, valid))
+        m.d.sync += [
+            valid.eq(Cat(busy, valid)),
+            self.overflow.eq(p.overflow(fmt, [busy, *valid])),
+        ]
         beside = {"number": number, "beyond": beyond, "ends": ends}
         m.d.comb += [
             landed.i.valid.eq(valid[-1] & (p.at(axes, self.last) == len(AXES) - 1)),

@@ -28,6 +28,11 @@ and rays of them; entries put on stacks, and taken off; cycles without a packet 
 steps and the waits are the length of the run."""
 
 
+OVERFLOWS = data.StructLayout(dict.fromkeys(("camera", "setup", "planes", "triangles"), 1))
+"""Where finite numbers have become infinite in a run: in the rays of the camera, in what is known
+of a ray before it meets a node, at a plane, or at a triangle."""
+
+
 def cast_job(config: Config) -> data.StructLayout:
     """Rays, the scene that they meet, and where their hits go.
 
@@ -61,6 +66,7 @@ class RayCaster(wiring.Component):
     -------
     i : In(stream of cast_job), taken when all hits have been written
     counters : Out(COUNTERS), of the last job
+    overflows : Out(OVERFLOWS), likewise
     nodes, geometry : Out(Reads), of nodes, and of triangles with their vertices
     rays : Out(Port), reads only
     hits : Out(Port), writes only
@@ -68,6 +74,7 @@ class RayCaster(wiring.Component):
 
     i: stream.Interface
     counters: data.View
+    overflows: data.View
     nodes: ReadsInterface
     geometry: ReadsInterface
     rays: PortInterface
@@ -78,6 +85,7 @@ class RayCaster(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(cast_job(config))),
             "counters": Out(COUNTERS),
+            "overflows": Out(OVERFLOWS),
             "nodes": Out(Reads(config, config.packets)),
             "geometry": Out(Reads(config, 1 << tag(config).size)),
             "rays": Out(Port(config)),
@@ -140,6 +148,7 @@ class RayCaster(wiring.Component):
             tester.i_words.valid.eq(self.geometry.response.valid),
             tester.i_words.p.tag.as_value().eq(self.geometry.response.p.tag),
             tester.i_words.p.word.eq(self.geometry.response.p.word),
+            setup.margin.eq(job.scene.margin),
             traversal.root.eq(job.scene.root),
             tester.triangles.eq(job.scene.triangles),
             tester.vertices.eq(job.scene.vertices),
@@ -165,6 +174,12 @@ class RayCaster(wiring.Component):
             m.d.sync += giving.eq(0)
         with m.If(self.i.ready):
             m.d.sync += begun.eq(0)
+
+        units = {"camera": camera, "setup": setup, "planes": traversal, "triangles": tester}
+        m.d.sync += [
+            self.overflows[name].eq(~begins & (self.overflows[name] | unit.overflow))
+            for name, unit in units.items()
+        ]
 
         m.submodules.census = places = Census(config)
         m.d.comb += [

@@ -1,10 +1,12 @@
 """Units joined to a pipeline that steps as one: what is there early waits for what is late."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from amaranth import *
 from amaranth.lib import data, memory
+
+from hdl.fp.format import FloatFormat
 
 REGISTERS = 3  # a longer delay is a memory
 
@@ -36,6 +38,7 @@ class Pipeline:
     def __init__(self):
         self.m = Module()
         self._delayed: dict[tuple[Timed, int], Value | data.View] = {}
+        self._overflows: list[tuple[FloatFormat, Timed]] = []
 
     def input(self, name: str, value) -> Timed:
         """A value that is there in cycle 0."""
@@ -74,7 +77,17 @@ class Pipeline:
         fields = [unit.i.p] if len(values) == 1 else [unit.i.p[f] for f, _ in unit.i.p.shape()]
         self.m.d.comb += [field.eq(value) for field, value in zip(fields, values, strict=True)]
         self.m.d.comb += [unit.i.valid.eq(1), unit.o.ready.eq(1)]
+        if hasattr(unit, "overflow"):
+            overflow = Timed(f"{name}_overflow", unit.overflow, cycle + unit.latency)
+            self._overflows.append((unit.fmt, overflow))
         return Timed(name, unit.o.p, cycle + unit.latency)
+
+    def overflow(self, fmt: FloatFormat, valid: Sequence[Value]) -> Value:
+        """A unit of a format has made an infinity of finite numbers.
+
+        `valid` says for each cycle whether it is that of an input that counts.
+        """
+        return Cat(x.value & valid[x.cycle] for of, x in self._overflows if of == fmt).any()
 
     def _register(self, x: Timed, wait: int):
         late = Signal(x.value.shape(), name=f"{x.name}_{wait}", reset_less=True)

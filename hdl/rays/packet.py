@@ -5,7 +5,7 @@ from amaranth.utils import bits_for
 
 from hdl import records
 from hdl.config import Config
-from hdl.fp.format import FloatFormat
+from hdl.fp.format import FloatFormat, power_of_two
 from hdl.isa import NODE_BITS
 
 RAYS = 4
@@ -23,6 +23,11 @@ More than the triangle test's rounding moves a point by (sim.model.rays.setup sa
 that every ray that hits a triangle enters the boxes around it, and the order of traversal never
 changes a hit.
 """
+
+
+def margin(fmt: FloatFormat) -> data.Const:
+    """By how much boxes grow at distance 1: MARGIN_ULPS half ulps. A power of two."""
+    return power_of_two(fmt, MARGIN_ULPS.bit_length() - 1 - (fmt.man_bits + 1))
 
 
 def packet_bits(config: Config) -> int:

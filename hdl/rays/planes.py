@@ -25,11 +25,13 @@ class Planes(wiring.Component):
     -------
     i : In(stream of {low, high: fmt, ray: slab_ray})
     o : Out(stream of {begin, end: fmt}), t in directions of the ray, in the order of the inputs
+    overflow : Out(1), a number on the way to an o has become infinite
     """
 
     latency = Add.latency + 1 + Mul.latency
     i: stream.Interface
     o: stream.Interface
+    overflow: Signal
 
     def __init__(self, fmt: FloatFormat):
         self.fmt = fmt
@@ -40,6 +42,7 @@ class Planes(wiring.Component):
                 )
             ),
             "o": Out(stream.Signature(data.StructLayout({"begin": fmt.layout, "end": fmt.layout}))),
+            "overflow": Out(1),
         })
 
     def elaborate(self, platform):
@@ -93,5 +96,11 @@ class Planes(wiring.Component):
                 mul.o.ready.eq(self.o.ready),
                 self.o.p[name].eq(mul.o.p),
             ]
-        m.d.comb += self.o.valid.eq(begin.o.valid)
+        m.d.comb += [
+            self.o.valid.eq(begin.o.valid),
+            self.overflow.eq(
+                (from_low.o.valid & (from_low.overflow | from_high.overflow))
+                | (begin.o.valid & (begin.overflow | end.overflow))
+            ),
+        ]
         return m

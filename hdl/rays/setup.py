@@ -6,13 +6,13 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.fp.add import Add
-from hdl.fp.format import FloatFormat, Rounding
+from hdl.fp.format import Rounding, power_of_two
 from hdl.fp.mul import Mul
 from hdl.fp.recip import Recip, RecipBounds
 from hdl.rays import step
 from hdl.rays.axes import pick, turn, vector
 from hdl.rays.delay import Pipeline, Timed
-from hdl.rays.packet import AXES, MARGIN_ULPS, RAYS, packet_bits, ray
+from hdl.rays.packet import AXES, RAYS, packet_bits, ray
 from hdl.rays.stack import start
 from hdl.rays.tester import tester_ray
 from hdl.stream import Landing
@@ -29,13 +29,13 @@ class Setup(wiring.Component):
     A packet has a number as soon as its first ray comes. It starts when all else that is known of
     it has been taken, `latency` cycles after its last ray if nothing waits.
 
-    - margin = MARGIN_ULPS half ulps of 1 + the largest |origin|, rounded up twice
+    - margin = `margin` * (1 + the largest |origin|), rounded up twice
     - above, below: origin + margin up, origin - margin down
     - inverses of the direction, down and up
     - z of the sheared space is the axis of the largest |direction|, the first of equal ones
     - shear: z the inverse down, x and y the direction times that, to nearest
 
-    A multiplier (that of the margin is by a power of two), 3 adders, a reciprocal.
+    2 multipliers, 3 adders, a reciprocal.
 
     Parameters
     ----------
@@ -43,18 +43,22 @@ class Setup(wiring.Component):
 
     Members
     -------
+    margin : In(fmt), of the scene; constant while packets are under way
     i : In(stream of setup_ray), the four of a packet follow each other, in order
     i_packets : In(stream of packets) that are free, taken with the first ray
     o_slabs : Out(stream of step.setup), one for each axis of each ray
     o_rays : Out(stream of tester_ray), four a packet
     o_starts : Out(stream of start)
+    overflow : Out(1), a number has become infinite
     """
 
+    margin: data.View
     i: stream.Interface
     i_packets: stream.Interface
     o_slabs: stream.Interface
     o_rays: stream.Interface
     o_starts: stream.Interface
+    overflow: Signal
 
     def __init__(self, config: Config):
         self.config = config
@@ -64,11 +68,13 @@ class Setup(wiring.Component):
         self.last = max(inverse + len(AXES) + Mul.latency, self.slab)
         self.latency = len(AXES) + self.last + Landing.latency + 1
         super().__init__({
+            "margin": In(config.fmt.layout),
             "i": In(stream.Signature(setup_ray(config))),
             "i_packets": In(stream.Signature(packet_bits(config))),
             "o_slabs": Out(stream.Signature(step.setup(config), always_ready=True)),
             "o_rays": Out(stream.Signature(tester_ray(config))),
             "o_starts": Out(stream.Signature(start(config))),
+            "overflow": Out(1),
         })
 
     def elaborate(self, platform):
@@ -109,7 +115,10 @@ class Setup(wiring.Component):
         about = {name: p.input(name, value) for name, value in about.items()}
         self._pipeline(p, now.ray, about, landed.i.p)
         valid = Signal(self.last)
-        m.d.sync += valid.eq(Cat(busy, valid))
+        m.d.sync += [
+            valid.eq(Cat(busy, valid)),
+            self.overflow.eq(p.overflow(self.config.fmt, [busy, *valid])),
+        ]
         m.d.comb += [
             slabs.valid.eq(valid[self.slab - 1]),
             landed.i.valid.eq(valid[-1] & (p.at(about["axis"], self.last) == len(AXES) - 1)),
@@ -147,8 +156,7 @@ class Setup(wiring.Component):
         largest = p.stage(p.input("largest", largest.as_value() & mask))
         z = p.stage(p.input("z", largest_axis(ray.direction)))
 
-        margin = scale(fmt, MARGIN_ULPS.bit_length() - 1 - (fmt.man_bits + 1))
-        one, factor = p.steady("one", scale(fmt, 0)), p.steady("factor", margin)
+        one, factor = p.steady("one", power_of_two(fmt, 0)), p.steady("factor", self.margin)
         reach = p.unit("reach", Add(fmt, Rounding.UP), largest, one)
         margin = p.unit("margin", Mul(fmt, Rounding.UP), reach, factor)
         minus = p.apply("minus_margin", lambda x: x.as_value() | (1 << (fmt.bits - 1)), margin)
@@ -189,12 +197,6 @@ class Setup(wiring.Component):
             *(out.ray.shear[a].eq(turn(products, to_z, a)) for a in "xy"),
             out.ray.shear.z.eq(p.at(kept, last)),
         ]
-
-
-def scale(fmt: FloatFormat, exponent: int) -> data.Const:
-    """The pattern of a power of two: infinity or zero where out of range."""
-    top = (1 << fmt.exp_bits) - 1
-    return fmt.layout.const({"exp": min(max(exponent + fmt.bias, 0), top)})
 
 
 def largest_axis(v: data.View) -> Value:

@@ -45,6 +45,7 @@ class Step(wiring.Component):
     o_visits : Out(stream of visit), the child that goes first
     o_pushes : Out(stream of visit), the one that waits, as entry `depth` of the stack
     o_pops : Out(stream of visit), of a packet that reaches none; packet and depth count
+    overflow : Out(1), a number has become infinite
     """
 
     latency = Planes.latency + 5
@@ -54,6 +55,7 @@ class Step(wiring.Component):
     o_visits: stream.Interface
     o_pushes: stream.Interface
     o_pops: stream.Interface
+    overflow: Signal
 
     def __init__(self, config: Config):
         self.config = config
@@ -66,6 +68,7 @@ class Step(wiring.Component):
             "o_visits": Out(visits),
             "o_pushes": Out(visits),
             "o_pops": Out(visits),
+            "overflow": Out(1),
         })
 
     def elaborate(self, platform):
@@ -128,6 +131,8 @@ class Step(wiring.Component):
             for side in SIDES
         ]
         depth = Signal.like(now.depth, reset_less=True)
+        overflows = Signal(len(SIDES) * RAYS)
+        m.d.sync += self.overflow.eq(overflows.any())
         for side, (child, (child1, child2)) in enumerate(zip(SIDES, children, strict=True)):
             m.d.sync += [
                 child1.is_leaf.eq(link.leaves[side]),
@@ -143,6 +148,7 @@ class Step(wiring.Component):
                     planes.i.p.ray.eq(rays2[ray]),
                     planes.o.ready.eq(1),
                 ]
+                m.d.sync += overflows[side * RAYS + ray].eq(planes.overflow)
                 begin, end = planes.o.p.begin, planes.o.p.end
                 before, after = now.intervals[ray], child1.intervals[ray]
                 m.d.sync += [

@@ -44,6 +44,7 @@ class Tester(wiring.Component):
     i_words : In(stream of {tag, word}), in any order, taken at once
     i_done : In(stream of packets)
     o_hits : Out(stream of {packet, number, hit}), four a packet, in order
+    overflow : Out(1), a number has become infinite
     counters : Out(COUNTERS)
     """
 
@@ -57,6 +58,7 @@ class Tester(wiring.Component):
     i_words: stream.Interface
     i_done: stream.Interface
     o_hits: stream.Interface
+    overflow: Signal
     counters: data.View
 
     def __init__(self, config: Config):
@@ -75,6 +77,7 @@ class Tester(wiring.Component):
             "i_words": In(stream.Signature(word(config), always_ready=True)),
             "i_done": In(stream.Signature(packet)),
             "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(config.fmt)}))),
+            "overflow": Out(1),
             "counters": Out(COUNTERS),
         })
 
@@ -173,6 +176,7 @@ class Tester(wiring.Component):
             intersect.i.p.eq(entered),
             intersect.o.ready.eq(1),
             hits.i.valid.eq(intersect.o.valid),
+            self.overflow.eq(intersect.overflow),
         ]
         p = Pipeline()
         m.submodules.beside = p.m

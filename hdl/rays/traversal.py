@@ -41,6 +41,7 @@ class Traversal(wiring.Component):
     o_tests : Out(stream of {packet, triangle, mask: rays that may hit it})
     i_tests : In(stream of tested)
     o_done : Out(stream of packets)
+    overflow : Out(1), a number has become infinite
     counters : Out(COUNTERS)
     """
 
@@ -54,6 +55,7 @@ class Traversal(wiring.Component):
     o_tests: stream.Interface
     i_tests: stream.Interface
     o_done: stream.Interface
+    overflow: Signal
     counters: data.View
 
     def __init__(self, config: Config):
@@ -71,6 +73,7 @@ class Traversal(wiring.Component):
             "o_tests": Out(stream.Signature(test)),
             "i_tests": In(stream.Signature(tested(config))),
             "o_done": Out(stream.Signature(packet)),
+            "overflow": Out(1),
             "counters": Out(COUNTERS),
         })
 
@@ -79,7 +82,7 @@ class Traversal(wiring.Component):
 
         m.submodules.step = step = Step(self.config)
         m.submodules.stack = stack = Stack(self.config)
-        m.d.comb += stack.root.eq(self.root)
+        m.d.comb += [stack.root.eq(self.root), self.overflow.eq(step.overflow)]
         for outer, inner in [
             (self.i_setup, step.i_setup),
             (self.i_nodes, step.i),

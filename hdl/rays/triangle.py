@@ -36,6 +36,7 @@ class Intersect(wiring.Component):
     i : In(stream of {ray: sheared_ray, v0, v1, v2: vertex}); t_min of the ray does not matter
     o : Out(stream of {hit: 1, t, u, v: fmt}), in the order of the inputs; t in directions, never
         -0, u and v the weights of v1 and v2; all zero without a hit
+    overflow : Out(1), a coordinate of sheared space, or a number of a hit, has become infinite
 
     Attributes
     ----------
@@ -49,6 +50,7 @@ class Intersect(wiring.Component):
 
     i: stream.Interface
     o: stream.Interface
+    overflow: Signal
 
     def __init__(self, fmt: FloatFormat):
         self.fmt, self.wide = fmt, fmt.difference
@@ -57,6 +59,7 @@ class Intersect(wiring.Component):
             "o": Out(
                 stream.Signature(data.StructLayout({"hit": 1, **dict.fromkeys("tuv", fmt.layout)}))
             ),
+            "overflow": Out(1),
         })
         self.latency = self.latency_of(fmt)
 
@@ -133,6 +136,14 @@ class Intersect(wiring.Component):
                 found = p.apply("t_not_minus_zero", not_minus_zero, found)
             m.d.comb += self.o.p[name].eq(p.at(p.stage(found), self.latency))
         m.d.comb += self.o.p.hit.eq(p.at(hit, self.latency))
+
+        # Wider exponents hold all between the edge functions and the numbers of a hit.
+        infinite = Cat(self.o.p[name].exp.all() for name in "tuv").any()
+        early, late = Signal(), Signal()
+        with m.If(step):
+            m.d.sync += early.eq(p.overflow(fmt, [self.i.valid, *valid]))
+        m.d.sync += late.eq(self.o.valid & infinite)
+        m.d.comb += self.overflow.eq(early | late)
         return m
 
 

@@ -19,7 +19,7 @@ from hdl.update.merge import Merge2, Merge3
 from hdl.update.registers import RegisterFile
 from hdl.update.writer import Writer
 
-COUNTERS = data.StructLayout(
+CYCLES = data.StructLayout(
     {"instructions": 32}
     | {stall.name.lower(): 32 for stall in Stall if stall.value}
     | {"drain": 32}
@@ -27,6 +27,9 @@ COUNTERS = data.StructLayout(
 """Cycles of a run: one an instruction, those of each cause of stall, and those after the last
 instruction until the last node is written. Their sum is the length of the run. The cycle in which a
 job is handed on counts as one without an instruction to fetch."""
+
+COUNTERS = data.StructLayout({"cycles": CYCLES, "overflow": 1})
+"""And whether a vertex that was loaded has an infinite coordinate."""
 
 
 def job(config: Config) -> data.StructLayout:
@@ -190,7 +193,7 @@ class UpdateProcessor(wiring.Component):
 
         # What a cycle was is known late in it, and counted in the next. So the last one is not
         # counted when it comes, but with the first: there is nothing left to issue in it.
-        first_was, was = Signal(), Signal(range(len(COUNTERS.members)))
+        first_was, was = Signal(), Signal(range(len(CYCLES.members)))
         m.d.sync += [
             first_was.eq(begins),
             was.eq(Mux(issued_all, len(Stall), Value.cast(issue.stall))),
@@ -198,11 +201,17 @@ class UpdateProcessor(wiring.Component):
         with m.If(first_was):
             m.d.sync += [
                 self.counters.eq(0),
-                self.counters.fetch.eq(1),
-                self.counters.drain.eq(1),
+                self.counters.cycles.fetch.eq(1),
+                self.counters.cycles.drain.eq(1),
             ]
         with m.Elif(self.busy), m.Switch(was):
-            for index, name in enumerate(COUNTERS.members):
+            for index, name in enumerate(CYCLES.members):
                 with m.Case(index):
-                    m.d.sync += self.counters[name].eq(self.counters[name] + 1)
+                    m.d.sync += self.counters.cycles[name].eq(self.counters.cycles[name] + 1)
+
+        infinite = Signal()
+        loaded = loader.o.p.vertex
+        m.d.sync += infinite.eq(loader.o.valid & Cat(loaded[a].exp.all() for a in "xyz").any())
+        with m.If(infinite):
+            m.d.sync += self.counters.overflow.eq(1)
         return m

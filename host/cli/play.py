@@ -16,6 +16,7 @@ from sim.options import frame_of, frames_of, json_argument, picture_of, view_arg
 from sim.report.painter import Painter
 from sim.report.picture import save
 from sim.report.scene_view import camera_and_lamp, check_camera
+from sim.report.tables import overflow_text
 
 EXAMPLE = "play walker:2000 --frames 0:24 --out walker.webp"
 SIZE = "192x144"
@@ -105,6 +106,7 @@ def _table(report: PlayReport, out: Path, clock_hz: int) -> Table:
         ("uploaded in", f"{report.upload_seconds:.2f} s"),
         ("rendered in", f"{rendered:.2f} s: {rendered / len(report.frames):.2f} s a frame"),
         ("updates after the first frame", updates),
+        ("numbers that became infinite", overflow_text(report.overflows)),
         ("cycles a ray", f"{report.cast_cycles / report.rays:.2f}"),
         ("rays that hit", f"{report.hit_fraction:.1%}"),
         ("bytes sent, received", f"{report.bytes_sent:,}, {report.bytes_received:,}"),

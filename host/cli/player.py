@@ -22,8 +22,9 @@ from sim.scene.camera import Camera
 class PlayReport:
     """Figures of frames that a board rendered; a list has one entry a frame.
 
-    Cycles are of the board. `seconds` are of all: vertices and jobs to the board, its runs, hits
-    back, pictures. Bytes are of the line: with headers, and what was sent twice.
+    Cycles are of the board. `overflows` counts the runs in which numbers became infinite, by the
+    places of hdl.core.COUNTERS. `seconds` are of all: vertices and jobs to the board, its runs,
+    hits back, pictures. Bytes are of the line: with headers, and what was sent twice.
     """
 
     scene: str
@@ -41,6 +42,7 @@ class PlayReport:
     rays: int = 0
     cast_cycles: int = 0
     hit_fraction: float = 0.0
+    overflows: dict[str, int] = field(default_factory=dict)
     bytes_sent: int = 0
     bytes_received: int = 0
     retransmissions: int = 0
@@ -66,11 +68,12 @@ def play(
     all_vertices = len(prepared.image.vertices) * parts.vertex_bytes(config.fmt)
     hit_bytes = len(rays.pixels) * parts.hit_bytes(config.fmt)
     meter.begin("rendering", len(report.frames) * (all_vertices + hit_bytes))
-    cycles: Counter = Counter()
+    cycles, overflows = Counter(), Counter()
     found = 0
 
     def ran(counters: dict):
         cast = counters["cast"]
+        overflows.update(counters["overflows"])
         cycles.update(cast=cast["steps"] + sum(cast["waits"].values()), bands=1)
 
     for frame in report.frames:
@@ -95,6 +98,7 @@ def play(
         found += int(np.count_nonzero(hits["triangle"] != NO_TRIANGLE))
         report.seconds.append(perf_counter() - begin)
     report.updates, report.update_cycles = cycles["updates"], cycles["update"]
+    report.overflows = dict(overflows)
     report.bands, report.cast_cycles = cycles["bands"], cycles["cast"]
     report.rays = len(report.frames) * int((rays.pixels >= 0).sum())
     report.hit_fraction = found / report.rays

@@ -7,7 +7,7 @@ import numpy as np
 
 from hdl.config import Config
 from hdl.fp.format import F24, FloatFormat
-from hdl.rays.packet import hit, pixel_bits, ray_word
+from hdl.rays.packet import hit, margin, pixel_bits, ray_word
 from hdl.records import vertex, word_bits
 from sim.compiler import fields
 from sim.compiler.image import Image
@@ -68,13 +68,18 @@ def check_image(fmt: FloatFormat, width: int, height: int):
         )
 
 
-def scene_fields(image: Image) -> dict:
-    """Where the rays of a job find a scene whose image lies at word 0."""
+def scene_fields(image: Image, wider: int | None = None) -> dict:
+    """Where the rays of a job find a scene whose image lies at word 0.
+
+    `wider` is the pattern of a margin larger than that which rounding asks for.
+    """
+    fmt = image.config.fmt
     return {
         "vertices": image.vertices_at,
         "triangles": image.triangles_at,
         "nodes": image.nodes_at,
         "root": image.nodes - 1,
+        "margin": margin(fmt) if wider is None else fmt.layout.from_bits(wider),
     }
 
 

@@ -63,6 +63,11 @@ class Machine:
     unit : class
         What runs jobs: the update processor alone, or the core.
 
+    Attributes
+    ----------
+    overflow : bool
+        A vertex of the last update was infinite.
+
     Raises
     ------
     SimulationError
@@ -90,6 +95,7 @@ class Machine:
         )
         self._process = Process(folder, "sim.cosim.server", waves)
         self._call = self._process.call
+        self.overflow = False
         self.reset(timing)
 
     def __enter__(self):
@@ -129,9 +135,9 @@ class Machine:
         *,
         most_cycles: int | None = None,
     ) -> dict[str, int]:
-        """Run a program of `length` instructions; addresses in words. Its counters, in cycles.
+        """Run a program of `length` instructions; addresses in words. Its cycles, by kind.
 
-        For a machine of the update processor alone.
+        For a machine of the update processor alone. Sets `overflow`.
 
         Raises
         ------
@@ -144,7 +150,9 @@ class Machine:
             "vertices": vertices,
             "nodes": nodes,
         }
-        return self.run(job, most_cycles or self.slowest_update(length))
+        counters = self.run(job, most_cycles or self.slowest_update(length))
+        self.overflow = bool(counters["overflow"])
+        return counters["cycles"]
 
     def slowest_update(self, length: int) -> int:
         """Many times of the cycles that the slowest program of a length takes."""

@@ -115,30 +115,47 @@ class Stage:
         }
         return self.machine.run(job, self.machine.slowest_update(length))
 
-    def look(self, view: View, tick: Callable[[int], None] = lambda _: None) -> Cast:
+    def look(
+        self,
+        view: View,
+        tick: Callable[[int], None] = lambda _: None,
+        margin: int | None = None,
+    ) -> Cast:
         """Cast the rays of a camera: those of sim.model.rays.camera, in their order.
 
-        Now and then `tick` is told how many rays have ended.
+        Now and then `tick` is told how many rays have ended. `margin` is as in
+        sim.model.rays.traversal.
         """
         count = RAYS * view.packets
         fields = {"camera": 1, "image": image_fields(self.prepared.config, view)}
-        return self._cast(fields, count, tick)
+        return self._cast(fields, count, tick, margin)
 
-    def cast(self, rays: Rays, tick: Callable[[int], None] = lambda _: None) -> Cast:
-        """Cast rays from memory, a multiple of 4."""
+    def cast(
+        self,
+        rays: Rays,
+        tick: Callable[[int], None] = lambda _: None,
+        margin: int | None = None,
+    ) -> Cast:
+        """Cast rays from memory, a multiple of 4; as `look`."""
         config, count = self.prepared.config, len(rays.t_min)
         words = ray_words(config, rays.origins, rays.directions, rays.t_min, rays.t_max)
         self.machine.write(self._rays_at, words)
         fields = {"camera": 0, "rays": {"address": self._rays_at, "packets": count // RAYS}}
-        return self._cast(fields, count, tick)
+        return self._cast(fields, count, tick, margin)
 
-    def _cast(self, fields: dict, count: int, tick: Callable[[int], None]) -> Cast:
+    def _cast(
+        self, fields: dict, count: int, tick: Callable[[int], None], margin: int | None
+    ) -> Cast:
         timing = self.machine.timing
         slow = WORST * (1 + timing.latency / 32) / (1 - timing.stalls) ** 2
         job = {
             "program": {"length": 0},
             "casts": 1,
-            "cast": {"scene": scene_fields(self.prepared.image), "hits": self._hits_at, **fields},
+            "cast": {
+                "scene": scene_fields(self.prepared.image, margin),
+                "hits": self._hits_at,
+                **fields,
+            },
         }
         counters = self.machine.run(
             job,

@@ -43,6 +43,8 @@ class Pass:
     mismatches : int
         Hit records and counters that are not the model's.
     shown : list of str
+    overflows : dict
+        For each place of hdl.rays.caster.OVERFLOWS, if finite numbers became infinite there.
     oracle : Taxonomy
     model_seconds : float
     """
@@ -57,6 +59,7 @@ class Pass:
     model: dict[str, int]
     mismatches: int
     shown: list[str]
+    overflows: dict[str, bool]
     oracle: Taxonomy
     model_seconds: float
 
@@ -83,6 +86,11 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
     off = [key for key in COUNTED if counters[key] != traced.counters[key]]
     shown += [f"{name} {key}: {counters[key]}, not {traced.counters[key]}" for key in off]
 
+    places = {"camera": rays.overflow, **traced.overflows}
+    overflows = {name: bool(cast.counters["overflows"][name]) for name in places}
+    wrongly = [name for name in places if overflows[name] != places[name]]
+    shown += [f"{name} overflow: {overflows[name]}, not {places[name]}" for name in wrongly]
+
     taxonomy = judge(stage, rays, cast.hits)
     shown += [
         f"{name} ray {k}: rounding does not explain its hit" for k in taxonomy.unexplained_rays
@@ -97,8 +105,9 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
         waits=counters["waits"],
         cache={kind: cast.counters[kind] for kind in ("nodes", "geometry")},
         model=class_counts(kinds),
-        mismatches=len(wrong) + len(off),
+        mismatches=len(wrong) + len(off) + len(wrongly),
         shown=shown,
+        overflows=overflows,
         oracle=taxonomy,
         model_seconds=model_seconds,
     )

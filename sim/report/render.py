@@ -27,7 +27,8 @@ class RenderReport:
     Cycles are of the Verilog. `cycles` are of rays; `update_cycles` are beside them, and
     `update_share` is theirs of both. `updates` counts the frames that needed an update: those
     whose vertices are not where they were. Figures a ray are of all `rays`, shadow rays among
-    them; `hit_fraction` is of the camera's.
+    them; `hit_fraction` is of the camera's. `overflows` counts, for each place in the machine, the
+    runs in which finite numbers became infinite there.
     """
 
     scene: str
@@ -48,6 +49,7 @@ class RenderReport:
     hit_fraction: float = 0.0
     model_mismatches: int = 0
     mismatches_shown: list[str] = field(default_factory=list)
+    overflows: dict[str, int] = field(default_factory=dict)
     oracle: dict = field(default_factory=dict)
     updates: int = 0
     update_cycles: int = 0
@@ -158,6 +160,7 @@ class _Run:
         self.frames_per_pass = len(report.frames) / passes
         self.passes: list[Pass] = []
         self.update_counters: Counter = Counter()
+        self.infinite = 0  # updates with infinite vertices
 
     def update(self, frame: int):
         """Bring the scene to a frame."""
@@ -168,6 +171,7 @@ class _Run:
         if counters:
             self.report.updates += 1
             self.update_counters.update(counters["update"])
+            self.infinite += counters["overflows"]["update"]
 
     def cast(self, name: str, rays: Rays, run: Callable[..., Cast]) -> Cast:
         """Cast rays by one of the stage's ways, and check what they come to."""
@@ -207,6 +211,7 @@ class _Run:
         report.model_mismatches += sum(p.mismatches for p in passes)
         shown = [line for p in passes for line in p.shown]
         report.mismatches_shown = [*shown, *report.mismatches_shown][:SHOWN]
+        report.overflows = {"update": self.infinite} | total([p.overflows for p in passes])
         report.oracle = oracle_figures([p.oracle for p in passes])
         report.cache = {kind: total([p.cache[kind] for p in passes]) for kind in passes[0].cache}
         report.update_cycles = self.update_counters.total()

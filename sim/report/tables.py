@@ -21,6 +21,7 @@ def update_tables(report: UpdateReport) -> list[Table]:
         ("triangles, vertices", f"{report.triangles:,}, {report.vertices:,}"),
         ("frames", f"{len(report.frames)} ({report.frames[0]} to {report.frames[-1]})"),
         ("words checked that differ from the model", f"{report.mismatches:,}"),
+        ("frames with infinite vertices", f"{report.overflows:,}"),
         ("loads a triangle", f"{report.loads_per_triangle:.3f}"),
         ("memory words a triangle", f"{report.memory_words_per_triangle:.3f}"),
         ("SAH cost against a rebuild, worst frame", f"{max(report.sah_ratio):.3f}"),
@@ -65,6 +66,7 @@ def render_tables(report: RenderReport, picture: Path) -> list[Table]:
         ("rays", f"{report.rays:,}{shadows}"),
         ("camera rays that hit", f"{report.hit_fraction:.1%}"),
         ("hits and words other than the model's", f"{report.model_mismatches:,}"),
+        ("numbers that became infinite", overflow_text(report.overflows)),
         ("steps a packet", f"{report.steps_per_packet:.2f}"),
         ("triangle tests a ray", f"{report.triangle_tests_per_ray:.2f}"),
         ("cycles of updates", update),
@@ -109,6 +111,11 @@ def replay_tables(report: ReplayReport) -> list[Table]:
         "exact first hits": report.oracle,
     }
     return [table(title, run), taxonomy_table(against)]
+
+
+def overflow_text(overflows: dict[str, int]) -> str:
+    """Where numbers became infinite, of the places in a machine."""
+    return ", ".join(name for name, runs in overflows.items() if runs) or "none"
 
 
 def taxonomy_table(against: dict[str, dict]) -> Table:

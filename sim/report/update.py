@@ -16,7 +16,10 @@ from sim.tree.cost import pose_cost
 
 @dataclass
 class UpdateReport:
-    """Figures of a run; a list has one entry a frame. Cycles are of the Verilog."""
+    """Figures of a run; a list has one entry a frame. Cycles are of the Verilog.
+
+    `overflows` counts the frames in which a vertex was infinite in the format.
+    """
 
     scene: str
     triangles: int
@@ -31,6 +34,7 @@ class UpdateReport:
     box_registers: int
     build_seconds: float
     compile_seconds: float
+    overflows: int = 0
     mismatches: int = 0
     mismatches_shown: list[str] = field(default_factory=list)
     cycles: int = 0
@@ -109,6 +113,7 @@ def measure_update(
             counters = machine.update(0, len(image.instructions), image.vertices_at, image.nodes_at)
             seconds += perf_counter() - begin
             _count(report, counters)
+            report.overflows += machine.overflow
 
             bounds = refit(prepared.config.fmt, image.order, bits[prepared.leaf_vertices])
             stale = image.bounds_of(expected[image.nodes_at :])

@@ -1,15 +1,26 @@
 """hdl.core, as Verilog: an update and rays on one memory, word for word as the model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hdl.config import FULL, Config
 from hdl.core import Core
 from hdl.fp.format import FloatFormat
-from sim.compiler.rays import HIT_FIELDS, View, hit_words, hits_of, image_fields, ray_words
+from hdl.rays.caster import OVERFLOWS
+from sim.compiler.rays import (
+    HIT_FIELDS,
+    View,
+    hit_words,
+    hits_of,
+    image_fields,
+    ray_words,
+    scene_fields,
+)
 from sim.cosim.machine import Machine, Timing
 from sim.cosim.verilate import simulator
-from sim.model.fp.format import encode
+from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import camera
 from sim.model.rays.traversal import NO_TRIANGLE, trace
 from sim.model.refit import refit
@@ -72,33 +83,36 @@ class Checked:
         )
         self.memory[: self.image.size] = self.image.constant_words()
         machine.write(0, self.memory)
+        self.overflows = dict.fromkeys(("update", *OVERFLOWS.members), False)
 
-    def pose(self, frame: int):
-        """Vertices of a frame; the bounds in memory stay."""
+    def pose(self, frame: int, infinite: int = 0):
+        """Vertices of a frame, some of them infinite; the bounds in memory stay."""
         image = self.image
         self.bits = self.prepared.coordinates(frame)
+        of = self.rng.integers(len(self.bits), size=infinite)
+        self.bits[of, self.rng.integers(3, size=infinite)] = encode(self.config.fmt, np.inf)
         self.memory[image.vertices_at : image.triangles_at] = image.vertex_words(self.bits)
         vertices = self.memory[image.vertices_at : image.triangles_at]
         self.machine.write(image.vertices_at, vertices)
 
-    def run(self, *, updates: bool, casts: dict | None, rays=()) -> tuple[dict, np.ndarray]:
-        """Run a job and compare all of memory; its counters, and the triangle of each ray."""
+    def run(
+        self, *, updates: bool, casts: dict | None, rays=(), beyond: bool = False
+    ) -> tuple[dict, np.ndarray]:
+        """Run a job and compare all of memory; its counters, and the triangle of each ray.
+
+        `beyond` says that numbers became infinite in the camera.
+        """
         image, config, memory = self.image, self.config, self.memory
         corners = self.bits[self.prepared.leaf_vertices]
         if updates:
+            self.overflows["update"] = bool(np.isinf(decode(config.fmt, self.bits)).any())
             self.bounds = refit(config.fmt, image.order, corners)
             memory[image.nodes_at : image.size] = image.node_words(self.bounds)
-        scene = {
-            "vertices": image.vertices_at,
-            "triangles": image.triangles_at,
-            "nodes": image.nodes_at,
-            "root": image.nodes - 1,
-        }
         counters = self.machine.run(
             {
                 "program": {"address": 0, "length": len(image.instructions) if updates else 0},
                 "casts": casts is not None,
-                "cast": {"scene": scene, "hits": self.hits_at, **(casts or {})},
+                "cast": {"scene": scene_fields(image), "hits": self.hits_at, **(casts or {})},
             },
             200_000 + WORST * (4 + self.machine.timing.latency) * (len(rays[0]) if rays else 0),
         )
@@ -106,6 +120,7 @@ class Checked:
         if rays:
             expected = trace(config.fmt, image.order, self.bounds, corners, *rays)
             triangles = expected.triangle
+            self.overflows |= {"camera": beyond, **expected.overflows}
             columns = {field: getattr(expected, field) for field in HIT_FIELDS}
             memory[self.hits_at : self.hits_at + len(triangles)] = hit_words(config, columns)
             found = {key: counters["cast"][key] for key in ("packets", *COUNTED)}
@@ -113,6 +128,7 @@ class Checked:
             if config.cache_words:
                 reads = {kind: sum(counters[kind].values()) for kind in ("nodes", "geometry")}
                 assert reads == {"nodes": found["steps"], "geometry": 4 * found["tests"]}
+        assert counters["overflows"] == self.overflows
         found = self.machine.read(0, len(memory))
         wrong = np.flatnonzero((found != memory).any(axis=1))
         assert not len(wrong), (
@@ -136,7 +152,7 @@ class Checked:
         rays = camera(self.config.fmt, *vectors, view.width, view.height, *limits)
         casts = {"camera": 1, "image": image_fields(self.config, view)}
         columns = (np.ascontiguousarray(rays.origins), rays.directions, rays.t_min, rays.t_max)
-        return self.run(updates=updates, casts=casts, rays=columns)[1]
+        return self.run(updates=updates, casts=casts, rays=columns, beyond=rays.overflow)[1]
 
 
 @pytest.mark.parametrize("name", CONFIGS)
@@ -156,6 +172,32 @@ def test_memory_is_that_of_the_model(name, rng):
             for size in ((1, 1), (3, 6), (count // 4 - 1, 3)):
                 checked.look(random_view(rng, config.fmt, *size), updates=size[0] == 3)
     assert 0.02 < np.mean(shares) < 0.9
+
+
+def test_overflows_are_flagged(rng):
+    """Jobs of a packet or two, with numbers of all magnitudes: each flag as the model says."""
+    config = CONFIGS["tiny"]
+    prepared = prepare(load_scene(SCENE), config)
+    seen = []
+    with Machine(config, prepared.image.size + 48, Timing(1), unit=Core) as machine:
+        checked = Checked(machine, prepared, 16, rng)
+        for job in range(12 if QUICK else 150):
+            checked.pose(job % 3, infinite=job % 4 // 2)
+            origins, directions, *limits = random_rays(rng, config.fmt, 8)
+            factors = 2.0 ** rng.integers(-14, 17, (2, 8, 1))
+            origins, directions = (
+                encode(config.fmt, decode(config.fmt, x) * factor)
+                for x, factor in zip((origins, directions), factors, strict=True)
+            )
+            checked.cast((origins, directions, *limits), updates=job % 2 == 0)
+            seen.append(list(checked.overflows.values()))
+            view = random_view(rng, config.fmt, 8, 2)
+            far = int(rng.integers(0, 19))
+            right = encode(config.fmt, decode(config.fmt, view.right) * 2.0**far)
+            checked.look(replace(view, right=right))
+            seen.append(list(checked.overflows.values()))
+    shares = np.mean(seen, axis=0)
+    assert QUICK or (0.02 < shares).all() and (shares < 0.98).all(), shares
 
 
 def test_a_job_of_nothing_ends(rng):

@@ -29,8 +29,9 @@ def run(config: Config, memory: np.ndarray, job: dict[str, int]) -> dict[str, in
         _update(config, words, job)
         counts["COUNT_UPDATE_INSTRUCTIONS"] = job["program.length"]
     if job["casts"]:
-        for name, value in _cast(config, words, job).items():
-            counts[f"COUNT_CAST_{name.upper()}"] = value
+        counters, overflows = _cast(config, words, job)
+        counts |= {f"COUNT_CAST_{name.upper()}": n for name, n in counters.items()}
+        counts |= {f"COUNT_OVERFLOWS_{name.upper()}": n for name, n in overflows.items()}
         counts.pop("COUNT_CAST_DEEPEST")
     return counts
 
@@ -63,7 +64,8 @@ def _update(config: Config, words: np.ndarray, job: dict[str, int]):
     nodes.view(np.uint8)[:, :size] = raw.view(np.uint8)[:, :size]
 
 
-def _cast(config: Config, words: np.ndarray, job: dict[str, int]) -> dict[str, int]:
+def _cast(config: Config, words: np.ndarray, job: dict[str, int]) -> tuple[dict, dict]:
+    """Counters, and overflows by place."""
     nodes, layout = _nodes(words, job), records.node(config.fmt)
     axis, left_leaf, right_leaf, pointer = (
         fields.get(nodes, layout[name])
@@ -96,7 +98,8 @@ def _cast(config: Config, words: np.ndarray, job: dict[str, int]) -> dict[str, i
         rays.directions,
         rays.t_min,
         rays.t_max,
+        margin=job["cast.scene.margin"],
     )
     found = hit_words(config, {name: getattr(hits, name) for name in HIT_FIELDS})
     words[job["cast.hits"] : job["cast.hits"] + len(found)] = found
-    return hits.counters
+    return hits.counters, {"camera": rays.overflow, **hits.overflows}

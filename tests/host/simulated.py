@@ -46,7 +46,7 @@ class SimulatedPipe:
             some = bytes(self._given[: self.board.room])
             del self._given[: len(some)]
             self._came += self.down.carry(self.board.exchange(some, self.cycles).received)
-            if not self._came and not self._given:
+            if self.board.idle and not self._came and not self._given:
                 self._waited += WAIT
         read = bytes(self._came[:size])
         del self._came[:size]

@@ -13,7 +13,6 @@ from hdl.link.protocol import Kind
 from hdl.rays.packet import NO_TRIANGLE
 from hdl.registers import Outcome
 from host import parts, runner
-from host.link.channel import Channel
 from host.link.errors import LinkError, SessionLost
 from host.link.port import BAUD
 from host.runner import RunError
@@ -22,24 +21,13 @@ from sim.compiler.rays import HIT_FIELDS
 from sim.errors import InputError
 from sim.model.rays.traversal import trace
 from sim.model.refit import refit
-from sim.prepare import prepare, view_of
+from sim.prepare import prepare
 from sim.report.pixels import camera_rays
-from sim.scene.camera import auto
 from sim.scene.load import load_scene
 from sim.scene.scene import Scene
 from tests.host.board import FOREVER, BoardModel
-from tests.host.pipes import Tcp, Terminal, Wire
-
-
-def on(model: BoardModel, fmt: FloatFormat | None = None) -> Board:
-    """A board object over a wire."""
-    wire = Wire(model, rate=1e7, delay=0.001)
-    return Board(Channel(wire, clock=wire.clock), fmt)
-
-
-def view(prepared, width: int = 20, height: int = 15):
-    pose = prepared.scene.pose(0)
-    return view_of(prepared.config.fmt, auto(pose[None], prepared.scene.faces, width, height))
+from tests.host.conftest import on, view
+from tests.host.pipes import Tcp, Terminal
 
 
 def hits_by_model(prepared, frame: int, seen) -> dict[str, np.ndarray]:

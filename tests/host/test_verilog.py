@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from hdl.config import TINY
+from hdl.config import TINY, ULX3S
 from host.link.channel import Channel
 from host.link.errors import LinkError
+from host.session import Board
 from sim.cosim.board import SimulatedBoard
 from sim.cosim.verilate import simulator
 from tests.host.line import BadLine
@@ -59,3 +60,26 @@ def test_a_thousand_uploads_over_a_bad_line(board, seed):
         assert (rows == memory)[known].all()
     print(f"{errors} of 1000 uploads ended in an error; {sent_again} frames were sent again")
     assert errors < 20 < sent_again
+
+
+@pytest.mark.slow
+def test_the_line_is_used(rng):
+    """By the board's clock: 85 % of 3 Mbaud, each way, and a status command in a millisecond."""
+    with SimulatedBoard(ULX3S, clock_hz=25e6) as simulated:
+        pipe = SimulatedPipe(simulated)
+        board = Board(Channel(pipe, clock=pipe.clock))
+        given = rng.integers(256, size=(512, WORD), dtype=np.uint8)
+        times = [pipe.clock()]
+        board.write(0, given)
+        times.append(pipe.clock())
+        assert (board.read(0, len(given)) == given).all()
+        times.append(pipe.clock())
+        for _ in range(10):
+            board.status()
+        times.append(pipe.clock())
+    writing, reading, asking = np.diff(times)
+    print(
+        f"{given.size / writing:,.0f} and {given.size / reading:,.0f} bytes/s; {asking / 10:.6f} s"
+    )
+    assert given.size / max(writing, reading) > 0.85 * 300_000
+    assert asking / 10 < 1e-3

@@ -38,6 +38,15 @@ def infinity_bits(exp_bits, man_bits, sign):
 
 
 @njit(cache=True)
+def overflow_bits(exp_bits, man_bits, result, a, b):
+    """A result is infinite, and its operands are not."""
+    infinity = ((1 << exp_bits) - 1) << man_bits
+    if result & infinity != infinity:
+        return False
+    return a & infinity != infinity and b & infinity != infinity
+
+
+@njit(cache=True)
 def any_value_bits(exp_bits, man_bits, rounding, sign):
     """Pattern of a result that could be any value: outwards, or zero of the sign to nearest."""
     if rounding == NEAREST:

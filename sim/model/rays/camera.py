@@ -8,6 +8,7 @@ from hdl.fp.format import FloatFormat
 from sim.model.fp.add import add
 from sim.model.fp.format import decode, encode
 from sim.model.fp.mul import mul
+from sim.model.fp.round import elementwise, overflow_bits
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,8 @@ class Rays:
         Of a ray beyond the image +inf and -inf.
     pixels : (n,) int64
         Row times width plus column, or -1 beyond the image.
+    overflow : bool
+        Of a camera: finite numbers became infinite on the way to a direction.
     """
 
     origins: np.ndarray
@@ -28,6 +31,10 @@ class Rays:
     t_min: np.ndarray
     t_max: np.ndarray
     pixels: np.ndarray
+    overflow: bool = False
+
+
+overflowed = elementwise(overflow_bits)
 
 
 def camera(
@@ -74,8 +81,19 @@ def camera(
     y = np.broadcast_to(rows.reshape(-1, 1, 2, 1), (len(rows) // 2, len(columns) // 2, 2, 2))
     x = np.broadcast_to(columns.reshape(1, -1, 1, 2), y.shape)
     x, y = x.ravel(), y.ravel()
-    directions = add(fmt, corner, mul(fmt, encode(fmt, x)[:, None], right))
-    directions = add(fmt, directions, mul(fmt, encode(fmt, y)[:, None], down))
+    columns, rows = encode(fmt, x)[:, None], encode(fmt, y)[:, None]
+    across, downward = mul(fmt, columns, right), mul(fmt, rows, down)
+    in_row = add(fmt, corner, across)
+    directions = add(fmt, in_row, downward)
+    overflow = any(
+        overflowed(fmt, *operation).any()
+        for operation in (
+            (across, columns, right),
+            (downward, rows, down),
+            (in_row, corner, across),
+            (directions, in_row, downward),
+        )
+    )
     inside = (x < width) & (y < height)
     return Rays(
         origins=np.broadcast_to(np.asarray(origin, np.int64), directions.shape),
@@ -83,4 +101,5 @@ def camera(
         t_min=np.where(inside, t_min, encode(fmt, np.inf)),
         t_max=np.where(inside, t_max, encode(fmt, -np.inf)),
         pixels=np.where(inside, y * width + x, -1),
+        overflow=overflow,
     )

@@ -9,11 +9,13 @@ from hdl.fp.format import FloatFormat
 from hdl.rays.packet import NO_TRIANGLE, RAYS
 from sim.compiler.order import Order
 from sim.model.fp.order import order_key
+from sim.model.rays.overflow import no_overflows
 from sim.model.rays.planes import clip_bits, key_bits
 from sim.model.rays.setup import COLUMNS, margin_scale, one, setup_bits
 from sim.model.rays.triangle import intersect_bits
 
 COUNTERS = ("packets", "steps", "tests", "ray_tests", "pushes", "pops", "deepest")
+OVERFLOWS = ("setup", "planes", "triangles")
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,8 @@ class Hits:
     counters : dict
         packets, steps (packets at nodes), tests (packets at triangles), ray_tests (rays of
         them that were still in question), pushes, pops, deepest (most entries on one stack).
+    overflows : dict
+        Of setup, planes and triangles, whether finite numbers became infinite there.
     """
 
     t: np.ndarray
@@ -36,6 +40,7 @@ class Hits:
     v: np.ndarray
     triangle: np.ndarray
     counters: dict[str, int]
+    overflows: dict[str, bool]
 
 
 def trace(
@@ -49,6 +54,7 @@ def trace(
     t_max: np.ndarray,
     *,
     stack_depth: int = 64,
+    margin: int | None = None,
 ) -> Hits:
     """First hits of rays in packets of four, in their order. All numbers are bit patterns.
 
@@ -68,17 +74,21 @@ def trace(
     origins, directions : (n, 3) int64
         n is a multiple of 4. A ray with t_min above t_max is not there.
     t_min, t_max : (n,) int64
+    stack_depth : int
+    margin : int
+        Pattern, as of hdl.records.scene; that which rounding asks for, if it is not given.
     """
     rays = len(origins)
     if rays % RAYS:
         raise ValueError(f"{rays} rays are no whole number of packets of {RAYS}")
     hits = np.empty((rays, 4), np.int64)
     counts = np.zeros(len(COUNTERS), np.int64)
+    overflows = no_overflows()
     _trace(
         fmt.exp_bits,
         fmt.man_bits,
         one(fmt),
-        margin_scale(fmt),
+        margin_scale(fmt) if margin is None else margin,
         order.children,
         order.axis,
         bounds,
@@ -89,10 +99,15 @@ def trace(
         np.stack([order_key(fmt, t_min), order_key(fmt, t_max)], axis=1),
         hits,
         counts,
+        overflows,
         stack_depth,
     )
     t, u, v, triangle = hits.T
-    return Hits(t, u, v, triangle, dict(zip(COUNTERS, counts.tolist(), strict=True)))
+    counters, flags = (
+        dict(zip(names, values.tolist(), strict=True))
+        for names, values in ((COUNTERS, counts), (OVERFLOWS, overflows))
+    )
+    return Hits(t, u, v, triangle, counters, flags)
 
 
 @njit(cache=True)
@@ -111,6 +126,7 @@ def _trace(
     limit_keys,
     hits,
     counts,
+    overflows,
     stack_depth,
 ):
     rows = np.empty((RAYS, COLUMNS), np.int64)
@@ -127,7 +143,7 @@ def _trace(
         for ray in range(RAYS):
             setup_bits(
                 exp_bits, man_bits, one, scale, origins[base + ray], directions[base + ray],
-                rows[ray],
+                rows[ray], overflows,
             )  # fmt: skip
             near[ray], far[ray] = limit_keys[base + ray]
             best[ray] = far[ray]
@@ -153,6 +169,7 @@ def _trace(
                             bounds[node, 2 * side + 1],
                             near[ray],
                             far[ray],
+                            overflows,
                         )
                         end = min(fars[side, ray], best[ray])
                         in_child[side] = nears[side, ray] <= end
@@ -182,7 +199,7 @@ def _trace(
                         continue
                     counts[3] += 1
                     hit, t, u, v = intersect_bits(
-                        exp_bits, man_bits, rows[ray], corners[~child], sheared
+                        exp_bits, man_bits, rows[ray], corners[~child], sheared, overflows
                     )
                     key = key_bits(exp_bits, man_bits, t)
                     if (

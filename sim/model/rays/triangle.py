@@ -7,7 +7,14 @@ from sim.model.fp.add import add_bits
 from sim.model.fp.cross import cross_bits
 from sim.model.fp.mul import mul_bits
 from sim.model.fp.recip import recip_bits
-from sim.model.fp.round import NEAREST, exponent_bits, infinity_bits, pack_bits
+from sim.model.fp.round import (
+    NEAREST,
+    exponent_bits,
+    infinity_bits,
+    overflow_bits,
+    pack_bits,
+)
+from sim.model.rays.overflow import TRIANGLES
 from sim.model.rays.setup import AXIS_Z, ORIGIN, SHEAR_X, SHEAR_Y, SHEAR_Z
 
 
@@ -40,7 +47,7 @@ def narrow_bits(exp_bits, man_bits, x):
 
 
 @njit(cache=True)
-def intersect_bits(exp_bits, man_bits, row, vertices, sheared):
+def intersect_bits(exp_bits, man_bits, row, vertices, sheared, overflows):
     """(hit, t, u, v) of a ray and a triangle; patterns, u and v the weights of vertices 1 and 2.
 
     After Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013), with the exact
@@ -50,20 +57,29 @@ def intersect_bits(exp_bits, man_bits, row, vertices, sheared):
     so triangles that share an edge agree about it.
 
     `row` is of sim.model.rays.setup, `vertices` (3, 3) patterns, `sheared` (3, 3) room to work.
-    Everything rounds to nearest; from the edge functions on with two exponent bits more.
+    Everything rounds to nearest; from the edge functions on with two exponent bits more. Sets its
+    flag of `overflows`: by what comes before the edge functions, and by the numbers of a hit.
     """
     sign = 1 << (exp_bits + man_bits)
     z = row[AXIS_Z]
     x, y = (z + 1) % 3, (z + 2) % 3
+    relative = np.empty(3, np.int64)
+    infinite = False
     for k in range(3):
-        a_x = add_bits(exp_bits, man_bits, NEAREST, vertices[k, x], row[ORIGIN + x] ^ sign)
-        a_y = add_bits(exp_bits, man_bits, NEAREST, vertices[k, y], row[ORIGIN + y] ^ sign)
-        a_z = add_bits(exp_bits, man_bits, NEAREST, vertices[k, z], row[ORIGIN + z] ^ sign)
-        s_x = mul_bits(exp_bits, man_bits, NEAREST, row[SHEAR_X], a_z)
-        s_y = mul_bits(exp_bits, man_bits, NEAREST, row[SHEAR_Y], a_z)
-        sheared[k, 0] = add_bits(exp_bits, man_bits, NEAREST, a_x, s_x ^ sign)
-        sheared[k, 1] = add_bits(exp_bits, man_bits, NEAREST, a_y, s_y ^ sign)
-        sheared[k, 2] = mul_bits(exp_bits, man_bits, NEAREST, row[SHEAR_Z], a_z)
+        for of, axis in enumerate((x, y, z)):
+            vertex, origin = vertices[k, axis], row[ORIGIN + axis]
+            relative[of] = add_bits(exp_bits, man_bits, NEAREST, vertex, origin ^ sign)
+            infinite |= overflow_bits(exp_bits, man_bits, relative[of], vertex, origin)
+        depth = relative[2]
+        for of, shear in enumerate((SHEAR_X, SHEAR_Y, SHEAR_Z)):
+            moved = mul_bits(exp_bits, man_bits, NEAREST, row[shear], depth)
+            infinite |= overflow_bits(exp_bits, man_bits, moved, row[shear], depth)
+            if of == 2:
+                sheared[k, of] = moved
+                break
+            sheared[k, of] = add_bits(exp_bits, man_bits, NEAREST, relative[of], moved ^ sign)
+            infinite |= overflow_bits(exp_bits, man_bits, sheared[k, of], relative[of], moved)
+    overflows[TRIANGLES] |= infinite
 
     wide = exp_bits + 2
     wide_sign = 1 << (wide + man_bits)
@@ -96,6 +112,9 @@ def intersect_bits(exp_bits, man_bits, row, vertices, sheared):
     t = narrow_bits(exp_bits, man_bits, mul_bits(wide, man_bits, NEAREST, depth, inverse))
     u = narrow_bits(exp_bits, man_bits, mul_bits(wide, man_bits, NEAREST, edges[1], inverse))
     v = narrow_bits(exp_bits, man_bits, mul_bits(wide, man_bits, NEAREST, edges[2], inverse))
+    for number in (t, u, v):
+        if exponent_bits(exp_bits, man_bits, number) == (1 << exp_bits) - 1:
+            overflows[TRIANGLES] = True
     if t == sign:  # -0 is where +0 is
         t = 0 * sign
     return True, t, u, v

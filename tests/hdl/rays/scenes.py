@@ -11,6 +11,7 @@ from hdl.fp.format import FloatFormat
 from sim.compiler.order import Order, order
 from sim.model.fp.format import encode
 from sim.model.fp.order import from_key, order_key
+from sim.model.rays.overflow import no_overflows
 from sim.model.rays.planes import clip_bits
 from sim.model.rays.setup import (
     ABOVE,
@@ -155,7 +156,8 @@ def walk(scene: Scene, packet: int) -> Walk:
                 low, high = scene.bounds[child, 2 * side : 2 * side + 2].tolist()
                 axis = int(scene.order.axis[child])
                 sides.append([
-                    clip_bits(*form, rows[k], axis, low, high, *intervals[k]) for k in range(RAYS)
+                    clip_bits(*form, rows[k], axis, low, high, *intervals[k], no_overflows())
+                    for k in range(RAYS)
                 ])
             left, right = sides
             in_both = [k for k in range(RAYS) if reach(left)[k] and reach(right)[k]]
@@ -179,7 +181,7 @@ def _test(scene, form, rows, keys, triangle, inside, best, hits):
     for k in range(RAYS):
         if not inside[k]:
             continue
-        hit, t, _, _ = intersect_bits(*form, rows[k], scene.corners[triangle], room)
+        hit, t, _, _ = intersect_bits(*form, rows[k], scene.corners[triangle], room, no_overflows())
         key = int(order_key(scene.fmt, t))
         nearer = key < best[k] or (key == best[k] and (hits[k] is None or triangle < hits[k]))
         if hit and keys[k][0] <= key and nearer:
@@ -190,7 +192,8 @@ def setup_rows(fmt: FloatFormat, origins, directions, scale: int) -> np.ndarray:
     """Rows of sim.model.rays.setup for a margin of any scale."""
     rows = np.zeros((len(origins), COLUMNS), np.int64)
     for k, row in enumerate(rows):
-        setup_bits(fmt.exp_bits, fmt.man_bits, one(fmt), scale, origins[k], directions[k], row)
+        form = fmt.exp_bits, fmt.man_bits
+        setup_bits(*form, one(fmt), scale, origins[k], directions[k], row, no_overflows())
     return rows
 
 

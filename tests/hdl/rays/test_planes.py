@@ -9,6 +9,7 @@ import pytest
 from hdl.fp.format import F24, FloatFormat
 from hdl.rays.planes import Planes
 from sim.model.fp.order import from_key
+from sim.model.rays.overflow import no_overflows
 from sim.model.rays.planes import clip_bits
 from sim.model.rays.setup import (
     ABOVE,
@@ -82,8 +83,9 @@ def model(fmt: FloatFormat, cases: dict[str, np.ndarray]) -> dict[str, np.ndarra
     ]:  # fmt: skip
         rows[:, column] = cases[f"ray.{name}"]
     low, high = cases["low"].tolist(), cases["high"].tolist()
+    unseen = no_overflows()
     clipped = np.array([
-        clip_bits(fmt.exp_bits, fmt.man_bits, rows[k], 0, low[k], high[k], -most, most - 1)
+        clip_bits(fmt.exp_bits, fmt.man_bits, rows[k], 0, low[k], high[k], -most, most - 1, unseen)
         for k in range(count)
     ])
     begin, end = from_key(fmt, clipped).T

@@ -11,10 +11,12 @@ from hdl.fp.format import F24, FloatFormat
 from hdl.rays.packet import RAYS
 from hdl.rays.setup import Setup
 from sim.cosim.verilate import simulator
+from sim.model.fp.format import encode
 from sim.model.rays.setup import (
     AXIS_Z,
     ORIGIN,
     SHEAR_X,
+    margin_scale,
     setup,
 )
 from tests.harness import one_of, run_cocotb, unbuilt
@@ -39,7 +41,7 @@ def canonical(fmt: FloatFormat, x: np.ndarray) -> np.ndarray:
     return np.where(special, x >> fmt.man_bits << fmt.man_bits, x)
 
 
-def cases(config: Config, rng) -> dict[str, tuple[list, list]]:
+def cases(config: Config, rng, margin: int) -> dict[str, tuple[list, list]]:
     """For each stream, its layout, and its payloads by the model."""
     fmt = config.fmt
     count = RAYS * COUNT
@@ -50,7 +52,7 @@ def cases(config: Config, rng) -> dict[str, tuple[list, list]]:
     shuffle = rng.permutation(len(origins))[: packets * RAYS]
     origins, directions = canonical(fmt, origins[shuffle]), canonical(fmt, directions[shuffle])
     t_min, t_max = rng.integers(0, 1 << fmt.bits, (2, len(origins)))
-    rows = setup(fmt, origins, directions)
+    rows = setup(fmt, origins, directions, margin)
     of_packets = rng.integers(0, config.packets, packets)
     packet, number = of_packets.repeat(RAYS), np.tile(np.arange(RAYS), packets)
 
@@ -89,13 +91,16 @@ def cases(config: Config, rng) -> dict[str, tuple[list, list]]:
 async def equals_model(dut, idle, slow):
     name = os.environ["CONFIG"]
     config = CONFIGS[name]
-    streams = cases(config, np.random.default_rng(cocotb.RANDOM_SEED))
+    rng = np.random.default_rng(cocotb.RANDOM_SEED)
+    margin = int(encode(config.fmt, rng.random())) if idle else margin_scale(config.fmt)
+    streams = cases(config, rng, margin)
     packets = len(streams["o_starts"][1])
     if slow:
         packets //= 10
     per_packet = {"o_rays": RAYS, "o_slabs": 3 * RAYS, "o_starts": 1}
     await start(
         dut,
+        **{f"{name}__margin": margin},
         **{f"{name}__{port}__valid": 0 for port in ("i", "i_packets")},
         **{f"{name}__{port}__ready": 0 for port in ("o_rays", "o_starts")},
     )

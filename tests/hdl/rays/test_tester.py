@@ -17,6 +17,7 @@ from hdl.rays.packet import NO_TRIANGLE, RAYS
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import encode
 from sim.model.fp.order import order_key
+from sim.model.rays.overflow import no_overflows
 from sim.model.rays.setup import AXIS_Z, ORIGIN, SHEAR_X, setup
 from sim.model.rays.triangle import intersect_bits
 from tests.harness import one_of, run_cocotb, unbuilt
@@ -202,7 +203,12 @@ class Packet:
             if not mask >> k & 1:
                 continue
             hit, *where = intersect_bits(
-                fmt.exp_bits, fmt.man_bits, self.rows[k], corners, np.empty((3, 3), np.int64)
+                fmt.exp_bits,
+                fmt.man_bits,
+                self.rows[k],
+                corners,
+                np.empty((3, 3), np.int64),
+                no_overflows(),
             )
             key, best = order_key(fmt, where[0]), order_key(fmt, self.hits[k][0])
             if (

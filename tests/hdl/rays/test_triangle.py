@@ -10,6 +10,7 @@ from numba import njit
 from hdl.fp.format import F24, FloatFormat
 from hdl.rays.triangle import Intersect
 from sim.cosim.verilate import simulator
+from sim.model.rays.overflow import no_overflows
 from sim.model.rays.setup import AXIS_Z, ORIGIN, SHEAR_X, setup
 from sim.model.rays.triangle import intersect_bits
 from tests.harness import SideBySide, run_cocotb, unbuilt
@@ -23,10 +24,10 @@ SIMULATED = CASES if simulator() == "verilator" else {"tiny": 900, "f24": 300}
 
 @njit(cache=True)
 def _intersect(exp_bits, man_bits, rows, triangles):
-    sheared = np.empty((3, 3), np.int64)
+    sheared, unseen = np.empty((3, 3), np.int64), no_overflows()
     found = np.empty((len(rows), 4), np.int64)
     for k in range(len(rows)):
-        hit, t, u, v = intersect_bits(exp_bits, man_bits, rows[k], triangles[k], sheared)
+        hit, t, u, v = intersect_bits(exp_bits, man_bits, rows[k], triangles[k], sheared, unseen)
         found[k, 0], found[k, 1], found[k, 2], found[k, 3] = hit, t, u, v
     return found
 

@@ -1,0 +1,13 @@
+"""Where finite numbers have become infinite: flags that stay, as in hdl.rays.caster.OVERFLOWS."""
+
+import numpy as np
+from numba import njit
+
+SETUP, PLANES, TRIANGLES = range(3)
+"""Places in an array of flags: all of the ray path but the camera."""
+
+
+@njit(cache=True)
+def no_overflows():
+    """Flags of which none is set."""
+    return np.zeros(3, np.bool_)
