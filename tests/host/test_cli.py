@@ -342,17 +342,30 @@ def test_ctrl_c_and_the_next_command(host, small, model, monkeypatch):
     assert host("upload", small)[0] == 0 and host("verify", small)[0] == 0
 
 
+def heed_ctrl_c():
+    """What runs in the background of a shell is told to ignore it, and so are its children."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_at_a_real_process(small, model, run):
     model.polls, model.clock_hz = FOREVER, 1000
     with Terminal(model.receive) as terminal:
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
         command = [sys.executable, "-m", "host", "--port", terminal.path, "upload", small]
-        with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE) as process:
-            end = time.monotonic() + 30
+        with subprocess.Popen(
+            command,
+            env=environment,
+            stderr=subprocess.PIPE,
+            preexec_fn=heed_ctrl_c,
+        ) as process:
+            end = time.monotonic() + 60
             while not model.busy and time.monotonic() < end:
                 time.sleep(0.02)
             process.send_signal(signal.SIGINT)
-            _, err = process.communicate(timeout=30)
+            try:
+                _, err = process.communicate(timeout=60)
+            finally:
+                process.kill()
         assert (process.returncode, err) == (130, b"") and model.busy
         model.polls = 0
         assert run("bkd-host", "--port", terminal.path, "upload", small)[0] == 0
