@@ -8,8 +8,9 @@ from sim.errors import InputError
 CHARACTER = 80_000
 """Triangles of the character that the board of 2006 was measured with."""
 
+BOARD_2006_MHZ = 66.0
 BOARD_2006 = {
-    "node_updates_per_second_peak": 66e6,
+    "node_updates_per_second_peak": BOARD_2006_MHZ * 1e6,
     "updates_per_second_80k": 200,
     "rays_per_second": (2e6, 8e6),
 }

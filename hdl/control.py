@@ -53,7 +53,8 @@ class Control(wiring.Component):
     counters : In(COUNTED), of core and link
     read_failed, write_failed : In(1), the memory answers with an error
     idle : In(1), nothing is under way to the memory
-    hold : Out(1), core in reset, and nothing goes to the memory or comes from it
+    hold : Out(1), nothing goes from the core to the memory or comes from it
+    reset : Out(1), of the core; while `hold`, from a register, since it goes to all of the core
     interrupt : Out(1), until `done` is cleared
     """
 
@@ -65,6 +66,7 @@ class Control(wiring.Component):
     write_failed: Signal
     idle: Signal
     hold: Signal
+    reset: Signal
     interrupt: Signal
 
     def __init__(self, config: Config, around: Surroundings = UNKNOWN):
@@ -75,7 +77,7 @@ class Control(wiring.Component):
             "o": Out(stream.Signature(frame_job(config))),
             "counters": In(COUNTED),
             **dict.fromkeys(("busy", "read_failed", "write_failed", "idle"), In(1)),
-            **dict.fromkeys(("hold", "interrupt"), Out(1)),
+            **dict.fromkeys(("hold", "reset", "interrupt"), Out(1)),
         })
 
     def elaborate(self, platform):
@@ -83,6 +85,7 @@ class Control(wiring.Component):
 
         bus = self.bus
         phase = Signal(Phase)
+        reset = Signal(init=1)
         done = Signal()
         outcome = Signal(Outcome)
         control = Signal(CONTROL)
@@ -96,9 +99,12 @@ class Control(wiring.Component):
             status.done.eq(done),
             status.outcome.eq(outcome),
             self.o.valid.eq(phase == Phase.START),
-            self.hold.eq(phase == Phase.HOLD),
+            self.hold.eq((phase == Phase.HOLD) | reset),
+            self.reset.eq(reset),
             self.interrupt.eq(done & control.interrupt),
         ]
+
+        m.d.sync += reset.eq(phase == Phase.HOLD)
 
         cycles = Signal(32)
         m.d.sync += cycles.eq(cycles + 1)
@@ -152,6 +158,13 @@ class Control(wiring.Component):
             with m.If(runs & ends):
                 m.d.sync += [phase.eq(Phase.HOLD), outcome.eq(how)]
         return m
+
+
+def in_reset(m: Module, component, reset: Value):
+    """A component whose registers have a reset of their own, and no other."""
+    m.domains += ClockDomain("core", local=True)
+    m.d.comb += [ClockSignal("core").eq(ClockSignal()), ResetSignal("core").eq(reset)]
+    return DomainRenamer("core")(component)
 
 
 def _field(view: data.View, path: tuple[str, ...]) -> Value:

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.control import Control
+from hdl.control import Control, in_reset
 from hdl.core import COUNTERS, Core
 from hdl.link.link import Link
 from hdl.memory.arbiter import Arbiter
@@ -87,7 +87,7 @@ class LinkedCore(wiring.Component):
 
         core = Core(config)
         m.submodules.control = control = Control(config, self.around)
-        m.submodules.core = ResetInserter(control.hold)(core)
+        m.submodules.core = in_reset(m, core, control.reset)
         m.submodules.gate = gate = Gate(config, self.outstanding)
         m.submodules.link = link = Link(config, self.around.words)
         m.submodules.arbiter = arbiter = Arbiter(config, clients=2, outstanding=self.outstanding)

@@ -10,7 +10,7 @@ from hdl.bus.axilite import AxiLiteSlave
 from hdl.bus.reader import axi
 from hdl.bus.signals import Axi4Interface, AxiLite, AxiLiteInterface
 from hdl.config import Config
-from hdl.control import Control
+from hdl.control import Control, in_reset
 from hdl.core import COUNTERS, Core
 from hdl.registers import SPAN
 
@@ -58,7 +58,7 @@ class System(wiring.Component):
 
         core = Core(self.config)
         m.submodules.control = control = Control(self.config)
-        m.submodules.core = ResetInserter(control.hold)(core)
+        m.submodules.core = in_reset(m, core, control.reset)
         m.submodules.master = master = AxiMaster(self.config)
         m.submodules.registers = registers = AxiLiteSlave(exact_log2(SPAN))
         wiring.connect(m, wiring.flipped(self.s_axi), registers.axi)

@@ -45,7 +45,7 @@ def test_a_thousand_uploads_over_a_bad_line(board, seed):
     for _ in range(10):
         channel = Channel(pipe, clock=pipe.clock)
         for _ in range(100):
-            count = int(rng.integers(1, 200))
+            count = int(rng.integers(1, 80))
             address, data = int(rng.integers(WORDS - count + 1)), rng.bytes(count * WORD)
             there = slice(address, address + count)
             try:
@@ -68,7 +68,7 @@ def test_the_line_is_used(rng):
     with SimulatedBoard(ULX3S, clock_hz=25e6) as simulated:
         pipe = SimulatedPipe(simulated)
         board = Board(Channel(pipe, clock=pipe.clock))
-        given = rng.integers(256, size=(512, WORD), dtype=np.uint8)
+        given = rng.integers(256, size=(256, WORD), dtype=np.uint8)
         times = [pipe.clock()]
         board.write(0, given)
         times.append(pipe.clock())

@@ -82,7 +82,6 @@ def ask(port, kind: Kind, session: int, sequence: int, body: bytes) -> bytes:
     [
         (["--pty", "--direct"], signal.SIGINT),  # its pins: tests/host/test_processes.py
         (["--tcp", "0", "--direct"], signal.SIGTERM),
-        (["--direct", "--waves", "w.fst"], signal.SIGINT),
     ],
 )
 def test_it_answers(arguments, end, tmp_path, rng):
@@ -99,4 +98,3 @@ def test_it_answers(arguments, end, tmp_path, rng):
     assert all(line.startswith("bkd-sim: ") for line in err.splitlines()), err
     assert f"--port {port.port} identify" in err and "cycles/s" in err.splitlines()[-1]
     assert "past the UART" in err
-    assert (tmp_path / "w.fst").exists() == ("--waves" in arguments)

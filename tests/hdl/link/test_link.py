@@ -510,7 +510,7 @@ def test_contract(name, tmp_path, seed):
 @pytest.mark.parametrize("name", WORDS)
 def test_long(name, tmp_path, seed):
     only = {"COCOTB_TEST_FILTER": "bad_lines|garbage"}
-    simulate(name, tmp_path, seed + 1, STEPS=400, GARBAGE=200_000, **only)
+    simulate(name, tmp_path, seed + 1, STEPS=150, GARBAGE=100_000, **only)
 
 
 @pytest.mark.parametrize(("words", "ring"), [(0, 4096), (1 << 13, 4096), (9, 1024), (9, 3000)])

@@ -1,5 +1,6 @@
 """The simulated board: bytes through its line, and its time."""
 
+import pylibfst
 import pytest
 
 from hdl.config import TINY
@@ -49,6 +50,15 @@ def test_bytes_come_back(baud, rng):
             passed = board.cycles - begun
             assert len(some) * byte < passed < 1.01 * len(some) * byte + 10 * byte + 70_000
         assert board.framing_errors == 0
+
+
+def test_waves(tmp_path):
+    file = tmp_path / "board.fst"
+    with SimulatedBoard(TINY, bench=DirectBench(Echo()), waves=file) as board:
+        assert all_of(board, b"waves", 100) == b"waves"
+    waves = pylibfst.lib.fstReaderOpen(str(file).encode())
+    assert pylibfst.lib.fstReaderGetEndTime(waves) > 0
+    pylibfst.lib.fstReaderClose(waves)
 
 
 @pytest.mark.parametrize("baud", RATES[:2])
