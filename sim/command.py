@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from types import ModuleType
 
+from hdl.fp.format import FloatFormat
 from sim.errors import InputError
 
 
@@ -48,6 +49,22 @@ def size_of(text: str, example: str) -> tuple[int, int]:
     if not match or not int(match[1]) * int(match[2]):
         raise InputError(f"--size {text}: give pixels, at least 1 each way, as in {example}")
     return int(match[1]), int(match[2])
+
+
+def format_of(text: str) -> FloatFormat:
+    """The format of --format E,M."""
+    match = re.fullmatch(r"(\d+),(\d+)", text)
+    if not match:
+        raise InputError(f"--format {text}: give exponent and mantissa bits, as in 7,16")
+    return checked(FloatFormat, exp_bits=int(match[1]), man_bits=int(match[2]))
+
+
+def checked(make, **values):
+    """What `make` makes of options; what it refuses is bad input."""
+    try:
+        return make(**values)
+    except ValueError as error:
+        raise InputError(str(error)) from error
 
 
 def run(parser: Parser, *failures: type[Exception]):

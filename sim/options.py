@@ -3,7 +3,6 @@
 import re
 from pathlib import Path
 
-from hdl.fp.format import FloatFormat
 from sim.command import Parser
 from sim.errors import InputError
 from sim.report.shade import VIEWS
@@ -12,8 +11,9 @@ from sim.scene.scene import Scene
 from sim.tree.build import BUILDERS
 
 SCENE_HELP = (
-    "walker, waves, room or burst, with a size as in walker:80k; an .npz with faces and vertices; "
-    "glTF; any mesh file; a folder or pattern of numbered meshes"
+    "walker, waves, room, burst, or the stiff propeller, cloth, shock, collapse or explosion, with "
+    "a size as in walker:80k; an .npz with faces and vertices; glTF; any mesh file; a folder or "
+    "pattern of numbered meshes"
 )
 
 
@@ -70,19 +70,3 @@ def frames_of(text: str, count: int, option: str = "--frames") -> range:
 def frame_of(text: str | None, count: int) -> range:
     """The frame of --frame alone; that a third of the way, if it is not given."""
     return frames_of(text or str(count // 3), count, "--frame")
-
-
-def format_of(text: str) -> FloatFormat:
-    """The format of --format E,M."""
-    match = re.fullmatch(r"(\d+),(\d+)", text)
-    if not match:
-        raise InputError(f"--format {text}: give exponent and mantissa bits, as in 7,16")
-    return checked(FloatFormat, exp_bits=int(match[1]), man_bits=int(match[2]))
-
-
-def checked(make, **values):
-    """What `make` makes of options; what it refuses is bad input."""
-    try:
-        return make(**values)
-    except ValueError as error:
-        raise InputError(str(error)) from error

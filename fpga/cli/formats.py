@@ -13,10 +13,9 @@ from fpga.resources import resources
 from fpga.throughput import BOARD_2006_MHZ
 from fpga.timing import timing
 from hdl.config import CONFIGS, Config
-from sim.command import Parser
+from sim.command import Parser, checked, format_of
 from sim.console import print_tables, table
 from sim.files import check_writable, write_json
-from sim.options import checked, format_of
 
 EXAMPLE = "formats --formats 5,10 7,16 --json hardware.json"
 FORMATS = ("5,8", "5,10", "5,12", "6,13", "6,15", "7,16", "7,18", "8,19", "8,21", "8,23")

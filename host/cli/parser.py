@@ -7,8 +7,8 @@ from host.cli.meter import Meter
 from host.fit import check_soon
 from host.link.port import BAUD, default_port
 from host.session import Board
-from sim.command import Parser
-from sim.options import format_of, scene_arguments, scene_of
+from sim.command import Parser, format_of
+from sim.options import scene_arguments, scene_of
 from sim.prepare import Prepared, prepare
 from sim.scene.scene import Scene
 

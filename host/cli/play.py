@@ -13,10 +13,10 @@ from sim.command import Parser, size_of
 from sim.console import print_tables, table
 from sim.files import check_writable, write_json
 from sim.options import frame_of, frames_of, json_argument, picture_of, view_arguments
+from sim.report.overflow import overflow_text
 from sim.report.painter import Painter
 from sim.report.picture import save
 from sim.report.scene_view import camera_and_lamp, check_camera
-from sim.report.tables import overflow_text
 
 EXAMPLE = "play walker:2000 --frames 0:24 --out walker.webp"
 SIZE = "192x144"

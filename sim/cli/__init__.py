@@ -1,6 +1,6 @@
 """The command `bkd-sim`: build, simulate, check, report."""
 
-from sim.cli import board, disasm, info, render, replay, update
+from sim.cli import board, disasm, info, precision, render, replay, stability, update
 from sim.command import parser, run
 from sim.cosim.verilate import SimulationError
 
@@ -10,6 +10,8 @@ COMMANDS = {
     "info": info,
     "disasm": disasm,
     "replay": replay,
+    "precision": precision,
+    "stability": stability,
     "board": board,
 }
 

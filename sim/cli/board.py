@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.live import Live
 
 from hdl.config import CONFIGS
-from sim.command import Parser
+from sim.command import Parser, checked
 from sim.console import progress
 from sim.cosim.board import BAUD, CLOCK_HZ, SimulatedBoard
 from sim.cosim.pump import Pump
@@ -21,7 +21,6 @@ from sim.cosim.tcp import TcpPort
 from sim.cosim.terminal import Terminal
 from sim.errors import InputError
 from sim.files import check_writable
-from sim.options import checked
 
 EXAMPLE = "board -c ulx3s --direct"
 REFRESH = 0.2

@@ -3,10 +3,9 @@
 from dataclasses import replace
 
 from hdl.config import FULL, Config
-from sim.command import Parser
+from sim.command import Parser, checked, format_of
 from sim.cosim.machine import Timing
 from sim.errors import InputError
-from sim.options import checked, format_of
 
 BANK_LATENCY = 2
 """Cycles of a bank on the chip: one for the address, one for the word."""

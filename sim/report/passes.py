@@ -1,6 +1,6 @@
 """Rays cast at once: what they cost in the Verilog, and whether model and oracle agree."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -113,7 +113,7 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
     )
 
 
-def total(figures: Sequence[dict[str, int]]) -> dict[str, int]:
+def total(figures: Sequence[Mapping[str, int]]) -> dict[str, int]:
     """Sums of figures of the same names."""
     return {name: sum(of[name] for of in figures) for name in figures[0]}
 

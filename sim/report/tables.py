@@ -5,6 +5,7 @@ from pathlib import Path
 from rich.table import Table
 
 from sim.console import table
+from sim.report.overflow import overflow_text
 from sim.report.render import RenderReport
 from sim.report.replay import ReplayReport
 from sim.report.update import UpdateReport
@@ -111,11 +112,6 @@ def replay_tables(report: ReplayReport) -> list[Table]:
         "exact first hits": report.oracle,
     }
     return [table(title, run), taxonomy_table(against)]
-
-
-def overflow_text(overflows: dict[str, int]) -> str:
-    """Where numbers became infinite, of the places in a machine."""
-    return ", ".join(name for name, runs in overflows.items() if runs) or "none"
 
 
 def taxonomy_table(against: dict[str, dict]) -> Table:

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import cast
 
 from sim.errors import InputError
 from sim.files import cache_folder, written_whole
@@ -114,7 +115,7 @@ def _client(scheduler: str | None, cells: int, sources: str) -> Iterator:
             distributed.LocalCluster(
                 n_workers=min(os.cpu_count() or 1, cells),
                 threads_per_worker=1,
-                dashboard_address=None,
+                dashboard_address=":0",  # any port: two sweeps may run at once
                 silence_logs=logging.CRITICAL,
             ) as cluster,
             distributed.Client(cluster) as client,
@@ -129,7 +130,8 @@ def _client(scheduler: str | None, cells: int, sources: str) -> Iterator:
             f"scheduler`, and workers by `dask worker {scheduler}`"
         ) from error
     with client:
-        for worker, theirs in client.run(sources_digest).items():
+        installed = cast("dict[str, str]", client.run(sources_digest))
+        for worker, theirs in installed.items():
             if theirs != sources:
                 raise InputError(
                     f"--scheduler {scheduler}: worker {worker} has another version of bkdtree; "

@@ -6,7 +6,7 @@ import pytest
 
 from fpga.cli import formats
 from hdl.config import TINY
-from sim.study.precision.hardware import read_hardware
+from sim.study.hardware import read_hardware
 
 
 @pytest.fixture

@@ -103,11 +103,8 @@ def trace(
         stack_depth,
     )
     t, u, v, triangle = hits.T
-    counters, flags = (
-        dict(zip(names, values.tolist(), strict=True))
-        for names, values in ((COUNTERS, counts), (OVERFLOWS, overflows))
-    )
-    return Hits(t, u, v, triangle, counters, flags)
+    counters: dict[str, int] = dict(zip(COUNTERS, counts.tolist(), strict=True))
+    return Hits(t, u, v, triangle, counters, dict(zip(OVERFLOWS, overflows.tolist(), strict=True)))
 
 
 @njit(cache=True)

@@ -5,14 +5,24 @@ from collections.abc import Callable
 
 from sim.errors import InputError
 from sim.scene.builtin.burst import burst
+from sim.scene.builtin.cloth import cloth
+from sim.scene.builtin.collapse import collapse
+from sim.scene.builtin.explosion import explosion
+from sim.scene.builtin.propeller import propeller
 from sim.scene.builtin.room import room
+from sim.scene.builtin.shock import shock
 from sim.scene.builtin.walker import walker
 from sim.scene.builtin.waves import waves
 from sim.scene.scene import Scene
 
 FIGURES: dict[str, Callable[[str, int, int], Scene]] = {
     "burst": burst,
+    "cloth": cloth,
+    "collapse": collapse,
+    "explosion": explosion,
+    "propeller": propeller,
     "room": room,
+    "shock": shock,
     "walker": walker,
     "waves": waves,
 }

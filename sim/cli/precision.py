@@ -1,0 +1,136 @@
+"""`bkd-sim precision`."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from textwrap import fill
+
+from sim.command import Parser, format_of, size_of
+from sim.console import print_tables, progress
+from sim.errors import InputError
+from sim.options import SCENE_HELP, frame_of
+from sim.scene.load import load_scene
+from sim.scene.scene import Scene
+from sim.study.hardware import MEASURED, read_hardware
+from sim.study.needs import check_matplotlib
+from sim.study.policies.measure import measure as measure_policy
+from sim.study.precision.measure import machine_of, measure
+from sim.study.precision.rows import COLUMNS, rows_of
+from sim.study.precision.tables import CAPTION
+from sim.study.precision.updates import COLUMNS as UPDATE_COLUMNS
+from sim.study.precision.updates import update_cells, update_rows
+from sim.study.provenance import provenance
+from sim.study.sweep import sweep
+
+EXAMPLE = "precision walker:2000 --formats 5,12 7,16 8,23"
+SIZE = "240x180"
+FORMATS = ("5,8", "5,10", "5,12", "6,13", "6,15", "7,16", "7,18", "8,19", "8,21", "8,23")
+"""Of 14 to 32 bits: exponents enough for a camera's steps, which those of 4 bits do not reach."""
+
+
+def arguments(parser: Parser):
+    """Options of the command."""
+    add = parser.add_argument
+    add("scenes", metavar="SCENE", nargs="*", default=["walker"], help=f"{SCENE_HELP}; walker")
+    text = "exponent and mantissa bits; ten from 5,8 to 8,23"
+    add("--formats", metavar="E,M", nargs="+", default=FORMATS, help=text)
+    add("--frame", metavar="K", help="which one; that a third of the way")
+    add("--size", metavar="WxH", default=SIZE, help="in pixels; %(default)s")
+    text = "sizes and clocks by format, as JSON; those that come with bkd-sim"
+    add("--hardware", metavar="FILE", type=Path, default=MEASURED, help=text)
+    add("--only", choices=("formats", "updates"), help="of the two, which run; both")
+    add("--scheduler", metavar="ADDRESS", help="of a Dask cluster; all cores of this machine")
+    add("--out", metavar="DIR", type=Path, help="folder for all that is made; precision-SCENE")
+
+
+def run(options) -> int:
+    """Error against run time, over float formats and over what updates may leave out."""
+    width, height = size_of(options.size, SIZE)
+    formats = list(dict.fromkeys(str(format_of(text)) for text in options.formats))
+    for text in formats:
+        machine_of(format_of(text))
+    hardware = read_hardware(options.hardware)
+    check_matplotlib()
+    from sim.study.folder import check_folder, save
+    from sim.study.precision import report
+
+    with progress() as bar:
+        task = bar.add_task("reading the scenes", total=None)
+        scenes = {spec: load_scene(spec) for spec in options.scenes}
+        names = _names(scenes)
+        folder = options.out or Path("-".join(["precision", *names.values()]))
+        check_folder(folder)
+
+        def swept(work: Callable[[dict], dict], cells: list[dict], what: str) -> list[dict]:
+            bar.update(task, description=f"simulating {what}", total=len(cells), completed=0)
+            return sweep(
+                work,
+                cells,
+                scheduler=options.scheduler,
+                done=lambda count: bar.update(task, completed=count),
+            )
+
+        cells = [
+            {
+                "scene": spec,
+                "format": fmt,
+                "frame": frame_of(options.frame, scene.frames)[0],
+                "width": width,
+                "height": height,
+            }
+            for spec, scene in scenes.items()
+            for fmt in formats
+            if options.only != "updates"
+        ]
+        rows = rows_of(names, cells, swept(measure, cells, "formats"), hardware)
+        spec, scene = next(iter(scenes.items()))
+        cells = update_cells(spec, scene) if options.only != "formats" else []
+        results = swept(measure_policy, cells, "updates")
+        updates = update_rows(names[spec], cells, results)
+    parts = {
+        "precision" if len(names) == 1 else f"precision-{name}": [
+            row for row in rows if row["scene"] == name
+        ]
+        for name in names.values()
+    }
+    sections = [report.formats_section(name, part) for name, part in parts.items() if part]
+    sections += [report.updates_section("updates", updates)] if updates else []
+    if not sections:
+        raise InputError(f"{spec}: nothing moves in it, so no update may be left out")
+    figures = {
+        "provenance": provenance(None, "distributed", "matplotlib"),
+        "conclusions": [section.conclusion for section in sections],
+        "hardware": asdict(hardware),
+        "formats": rows,
+        "updates": updates,
+    }
+    tables = {"precision": (COLUMNS, rows), "updates": (UPDATE_COLUMNS, updates)}
+    save(
+        folder,
+        "precision",
+        "Error against run time",
+        sections,
+        CAPTION,
+        {k: of for k, of in tables.items() if of[1]},
+        figures,
+    )
+    for section in sections:
+        print_tables(*(grid.shown() for grid in section.tables))
+        for text in (*section.notes, section.conclusion):
+            print(fill(text, 80, break_long_words=False, break_on_hyphens=False))
+    print(f"{folder / 'index.html'}: all of it, with diagrams")
+    wrong = [row for row in (*rows, *updates) if row.get("mismatches")]
+    for row in wrong:
+        of = row.get("policy") or row["format"]
+        print(f"{row['scene']}, {of}: {row['mismatches']:,} not the model's", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+def _names(scenes: dict[str, Scene]) -> dict[str, str]:
+    """What to call each scene, in tables and in names of files."""
+    names = {spec: Path(scene.name).stem.replace(":", "-") for spec, scene in scenes.items()}
+    for spec, name in names.items():
+        if list(names.values()).count(name) > 1:
+            raise InputError(f"{spec}: another scene is called {name} too; study them one by one")
+    return names

@@ -1,0 +1,80 @@
+"""`bkd-sim stability`."""
+
+from collections.abc import Callable
+from pathlib import Path
+from textwrap import fill
+
+from sim.cli.parser import format_argument
+from sim.command import Parser, format_of
+from sim.console import conclude, progress
+from sim.files import check_writable
+from sim.options import json_argument
+from sim.study.motion import cells as motion
+from sim.study.motion.measure import measure as measure_motion
+from sim.study.motion.tables import caption, wrong_motions
+from sim.study.motion.tables import grids as motion_grids
+from sim.study.needs import check_matplotlib
+from sim.study.provenance import provenance
+from sim.study.stability.cases import CASES, PEERS, cells, measure, wrong
+from sim.study.stability.tables import CAPTION, grids
+from sim.study.sweep import sweep
+
+EXAMPLE = "stability --cases closed slivers --peers"
+MOTION = "motion"
+TITLE = "Stability: extreme cases, and stiff motion"
+
+
+def arguments(parser: Parser):
+    """Options of the command."""
+    add = parser.add_argument
+    names = [*CASES, MOTION]
+    add("--cases", metavar="NAME", nargs="+", default=names, help=", ".join(names) + "; all")
+    add("--peers", action="store_true", help="the same cases through Embree and warp")
+    format_argument(parser)
+    add("--seed", metavar="N", type=int, default=1, help="of meshes and rays; %(default)s")
+    add("--scheduler", metavar="ADDRESS", help="of a Dask cluster; all cores of this machine")
+    add("--out", metavar="DIR", type=Path, help="folder for a page with diagrams, and all figures")
+    json_argument(parser)
+
+
+def run(options) -> int:
+    """Try extreme cases, and motion whose rates differ by many powers of ten."""
+    check_writable(options.json)
+    fmt = format_of(options.format)
+    extreme = cells(
+        [name for name in options.cases if name != MOTION], fmt, options.seed, options.peers
+    )
+    moving = motion.cells(str(fmt)) if MOTION in options.cases else []
+    if options.out:
+        check_matplotlib()
+        from sim.study.folder import check_folder
+
+        check_folder(options.out)
+    with progress() as bar:
+        task = bar.add_task("", total=None)
+
+        def swept(work: Callable[[dict], dict], todo: list[dict], what: str) -> list[dict]:
+            bar.update(task, description=what, total=len(todo), completed=0)
+            return sweep(
+                work,
+                todo,
+                scheduler=options.scheduler,
+                done=lambda count: bar.update(task, completed=count),
+            )
+
+        results = swept(measure, extreme, "trying cases")
+        motions = swept(measure_motion, moving, "moving scenes")
+    made = provenance(options.seed, "distributed", *(PEERS if options.peers else ()))
+    figures = {"provenance": made, "cases": results, "motion": motions}
+    lines = [*wrong(results), *wrong_motions(motions)]
+    shown = [grid.shown() for grid in (*grids(results), *motion_grids(motions))]
+    conclude(shown, options.json, figures, lines)
+    if says := caption(motions):
+        print(fill(says, 80, break_long_words=False, break_on_hyphens=False))
+    if options.out:
+        from sim.study.folder import save
+        from sim.study.stability.report import sections
+
+        save(options.out, "stability", TITLE, sections(results, motions), CAPTION, {}, figures)
+        print(f"{options.out / 'index.html'}: all of it, with diagrams")
+    return 1 if lines else 0

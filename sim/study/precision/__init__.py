@@ -1,0 +1,1 @@
+"""Error against run time: what each float format, and each policy of updates, gives and costs."""
