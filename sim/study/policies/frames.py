@@ -9,13 +9,18 @@ from hdl.core import Core
 from hdl.rays.packet import RAYS
 from sim.compiler.rays import View, hits_of, image_fields, scene_fields
 from sim.cosim.machine import Machine, Timing
-from sim.cosim.stage import WORST
 from sim.errors import InputError
+from sim.model.rays.camera import Rays
+from sim.model.rays.traversal import Hits, trace
 from sim.prepare import Prepared
 from sim.study.policies.margin import grown_margin
 from sim.study.policies.memory import place, room, words_written
 from sim.study.policies.plan import Frame, plan
 from sim.tree.shape import depth
+
+WORST = 64
+"""Cycles that no packet takes at a node, and no ray at a triangle, of a memory of 32 cycles
+latency; in proportion of others."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +30,8 @@ class Done:
     Attributes
     ----------
     plan : Frame
-    margin : int
-        Pattern, of the job.
+    expected : Hits
+        Of the model.
     program_cycles, render_cycles : int
     host_words : int
         As sim.study.policies.memory.words_written counts them.
@@ -37,7 +42,7 @@ class Done:
     """
 
     plan: Frame
-    margin: int
+    expected: Hits
     program_cycles: int
     render_cycles: int
     host_words: int
@@ -45,10 +50,13 @@ class Done:
     nodes: np.ndarray
 
 
-def run(prepared: Prepared, policy: str, frames: Sequence[int], view: View) -> Iterator[Done]:
-    """Update and render frames, one after the other, from a camera, under a policy.
+def run(
+    prepared: Prepared, policy: str, frames: Sequence[int], view: View, rays: Rays
+) -> Iterator[Done]:
+    """Update and render frames, one after the other, under a policy.
 
-    The memory has the latency that the machine is made for.
+    `rays` are those that the machine makes of the view. The memory has the latency that the
+    machine is made for.
 
     Raises
     ------
@@ -82,13 +90,15 @@ def run(prepared: Prepared, policy: str, frames: Sequence[int], view: View) -> I
                     "image": image_fields(config, view),
                 },
             }
+            expected = model(frame.prepared, frame.bits, frame.bounds, rays, margin)
+            work = expected.counters["steps"] + expected.counters["ray_tests"] + count
             slow = WORST * (1 + timing.latency / 32)
-            most = machine.slowest_update(length) + 100_000 + int(slow * count)
+            most = machine.slowest_update(length) + 100_000 + int(slow * work)
             counters = machine.run(job, most)
             cast = counters["cast"]
             yield Done(
                 plan=frame,
-                margin=margin,
+                expected=expected,
                 program_cycles=sum(counters["update"].values()) if length else 0,
                 render_cycles=cast["steps"] + sum(cast["waits"].values()),
                 host_words=words_written(frame, before),
@@ -96,3 +106,20 @@ def run(prepared: Prepared, policy: str, frames: Sequence[int], view: View) -> I
                 nodes=machine.read(frame.image.nodes_at, frame.image.nodes),
             )
             before = frame
+
+
+def model(
+    prepared: Prepared, bits: np.ndarray, bounds: np.ndarray, rays: Rays, margin: int | None = None
+) -> Hits:
+    """Hits by the model, of vertices (V, 3) and bounds (N, 4)."""
+    return trace(
+        prepared.config.fmt,
+        prepared.image.order,
+        bounds,
+        bits[prepared.leaf_vertices],
+        rays.origins,
+        rays.directions,
+        rays.t_min,
+        rays.t_max,
+        margin=margin,
+    )

@@ -9,7 +9,7 @@ from sim.command import checked, format_of
 from sim.compiler.rays import HIT_FIELDS
 from sim.errors import InputError
 from sim.model.rays.camera import Rays
-from sim.model.rays.traversal import NO_TRIANGLE, trace
+from sim.model.rays.traversal import NO_TRIANGLE, Hits
 from sim.model.refit import refit
 from sim.prepare import Prepared, prepare, spread, view_of
 from sim.report.passes import class_counts, differences
@@ -17,7 +17,7 @@ from sim.report.pixels import camera_rays
 from sim.scene.camera import auto
 from sim.scene.load import load_scene
 from sim.scene.scene import Scene
-from sim.study.policies.frames import Done, run
+from sim.study.policies.frames import Done, model, run
 from sim.tree.cost import pose_cost
 
 POSES = 3
@@ -80,9 +80,8 @@ def measure(cell: dict) -> dict:
     poses = [prepared.scene.pose(frames[k]) for k in spread(range(len(frames)), POSES)]
     view = view_of(fmt, auto(np.stack(poses), scene.faces, cell["width"], cell["height"]))
     rays = camera_rays(fmt, view)
-    figures = [
-        _figures(prepared, rays, done) for done in run(prepared, cell["policy"], frames, view)
-    ]
+    done = run(prepared, cell["policy"], frames, view, rays)
+    figures = [_figures(prepared, rays, of) for of in done]
     sums = {name: sum(of[name] for of in figures) for name in SUMMED}
     pixels = view.width * view.height
     return {
@@ -107,9 +106,8 @@ def _figures(first: Prepared, rays: Rays, done: Done) -> dict:
     """LISTED of a frame. `first` has the tree whose refit is the reference."""
     frame, fmt = done.plan, first.config.fmt
     prepared, image = frame.prepared, frame.image
-    expected = _trace(prepared, frame.bits, frame.bounds, rays, done.margin)
     fresh = refit(fmt, first.image.order, frame.bits[first.leaf_vertices])
-    reference = _named(first, _trace(first, frame.bits, fresh, rays))
+    reference = _named(first, _fields(model(first, frame.bits, fresh, rays)))
     counts = class_counts(differences(fmt, _named(prepared, done.hits), reference))
 
     update_cycles = done.program_cycles + done.host_words
@@ -127,7 +125,7 @@ def _figures(first: Prepared, rays: Rays, done: Done) -> dict:
         "ties": counts["tie"],
         "different": sum(counts.values()) - counts["same_bits"] - counts["same_triangle"],
         "rebuilds": int(frame.rebuilt),
-        "mismatches": int(differences(fmt, done.hits, expected).astype(bool).sum())
+        "mismatches": int((differences(fmt, done.hits, _fields(done.expected)) != 0).sum())
         + int(wrong_nodes.sum()),
         "growth": frame.growth,
         "instructions": len(frame.program),
@@ -137,21 +135,8 @@ def _figures(first: Prepared, rays: Rays, done: Done) -> dict:
     }
 
 
-def _trace(
-    prepared: Prepared, bits: np.ndarray, bounds: np.ndarray, rays: Rays, margin: int | None = None
-) -> dict[str, np.ndarray]:
-    """Hits of the model."""
-    hits = trace(
-        prepared.config.fmt,
-        prepared.image.order,
-        bounds,
-        bits[prepared.leaf_vertices],
-        rays.origins,
-        rays.directions,
-        rays.t_min,
-        rays.t_max,
-        margin=margin,
-    )
+def _fields(hits: Hits) -> dict[str, np.ndarray]:
+    """What a hit record has of the model's."""
     return {field: getattr(hits, field) for field in HIT_FIELDS}
 
 

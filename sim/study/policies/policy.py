@@ -7,14 +7,14 @@ from sim.errors import InputError
 POLICIES = (
     "every",
     "every-2",
-    "every-4",
-    "stale-4",
+    "stale-2",
     "moved-0",
     "moved-0.01",
     "moved-0.03",
     "rebuild-1",
     "rebuild-4",
     "sah-1.1",
+    "sah-1.3",
 )
 """Those that a study compares, the reference first."""
 
