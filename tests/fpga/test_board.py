@@ -11,20 +11,19 @@ from amaranth.lib.wiring import In, Out
 from fpga.boards import BOARDS
 from fpga.project import project
 from fpga.tools import run_yosys
+from host.link.channel import Channel
 from host.link.errors import SessionLost
 from host.session import Board
 from sim.cosim import verilate
 from sim.cosim.board import SimulatedBoard
 from sim.cosim.board_bench import PinsBench
-from sim.cosim.pump import Pump
-from sim.cosim.terminal import Terminal
 from sim.model.rays.traversal import NO_TRIANGLE, trace
 from sim.model.refit import refit
 from sim.prepare import Prepared, prepare, view_of
 from sim.report.pixels import camera_rays
 from sim.scene.camera import auto
 from sim.scene.load import load_scene
-from tests.pumping import running
+from tests.host.simulated import SimulatedPipe
 
 BOARD = BOARDS["ulx3s"]
 PINS = Path(__file__).parent / "ulx3s_pins.v"
@@ -75,29 +74,24 @@ def test_a_host_updates_and_renders(tmp_path):
     """By the pins; and the button makes the board forget its host, but not its memory."""
     sources = [PINS, verilog_of(tmp_path / "project")]
     bench = PinsBench(Pins(), BOARD.clock_hz / BOARD.baud)
-    with (
-        SimulatedBoard(BOARD.config, bench=bench, sources=sources) as simulated,
-        Terminal() as terminal,
-    ):
-        pump = Pump(simulated, terminal)
-        with running(pump):
-            board = Board.open(terminal.path)
-            assert (board.config, board.words) == (BOARD.config, BOARD.words)
-            assert board.clock_hz == BOARD.clock_hz
-            prepared = prepare(load_scene("walker:1000"), board.config)
-            pose = prepared.scene.pose(8)[None]
-            view = view_of(board.config.fmt, auto(pose, prepared.scene.faces, 24, 18))
-            board.upload(prepared)
-            for frame in (8, 15):
-                assert board.show(frame)
-                found, want = board.render(view), expected(prepared, view, frame)
-                assert all((found[name] == want[name]).all() for name in want)
+    with SimulatedBoard(BOARD.config, bench=bench, sources=sources) as simulated:
+        pipe = SimulatedPipe(simulated)  # no load of this machine makes it late
+        board = Board(Channel(pipe, clock=pipe.clock))
+        assert (board.config, board.words) == (BOARD.config, BOARD.words)
+        assert board.clock_hz == BOARD.clock_hz
+        prepared = prepare(load_scene("walker:500"), board.config)
+        pose = prepared.scene.pose(8)[None]
+        view = view_of(board.config.fmt, auto(pose, prepared.scene.faces, 24, 18))
+        board.upload(prepared)
+        for frame in (8, 15):
+            assert board.show(frame)
+            found, want = board.render(view), expected(prepared, view, frame)
+            assert all((found[name] == want[name]).all() for name in want)
         simulated.reset()
-        with running(pump), board:
-            words = prepared.image.nodes_at, prepared.image.nodes
-            with pytest.raises(SessionLost):
-                board.read(*words)
-            found = np.ascontiguousarray(board.read(*words)).view("<u4")
-            bounds = prepared.image.bounds_of(found)
-            corners = prepared.coordinates(15)[prepared.leaf_vertices]
-            assert (bounds == refit(board.config.fmt, prepared.image.order, corners)).all()
+        words = prepared.image.nodes_at, prepared.image.nodes
+        with pytest.raises(SessionLost):
+            board.read(*words)
+        found = np.ascontiguousarray(board.read(*words)).view("<u4")
+        bounds = prepared.image.bounds_of(found)
+        corners = prepared.coordinates(15)[prepared.leaf_vertices]
+        assert (bounds == refit(board.config.fmt, prepared.image.order, corners)).all()
