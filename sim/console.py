@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from textwrap import fill
 
 from rich import box
 from rich.console import Console
@@ -49,6 +50,11 @@ def print_tables(*tables):
     console = Console(highlight=False)
     width = min(console.width, 80) if console.is_terminal else 80
     console.print(*tables, sep="", width=width)
+
+
+def print_text(text: str):
+    """Print a paragraph in lines of at most 80 columns."""
+    print(fill(text, 80, break_long_words=False, break_on_hyphens=False))
 
 
 def conclude(tables: Iterable, json: Path | None, figures: dict, mismatches: Sequence[str]):

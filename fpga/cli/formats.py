@@ -16,10 +16,10 @@ from hdl.config import CONFIGS, Config
 from sim.command import Parser, checked, format_of
 from sim.console import print_tables, table
 from sim.files import check_writable, write_json
+from sim.study.hardware import FAMILIES as COUNTED
+from sim.study.hardware import FORMATS
 
 EXAMPLE = "formats --formats 5,10 7,16 --json hardware.json"
-FORMATS = ("5,8", "5,10", "5,12", "6,13", "6,15", "7,16", "7,18", "8,19", "8,21", "8,23")
-COUNTED = ("ecp5", "xc4v")
 
 
 def arguments(parser: Parser):

@@ -1,18 +1,17 @@
 """`bkd-sim precision`."""
 
 import sys
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from textwrap import fill
 
+from sim.cli.sweeps import scheduler_argument, sweeps
 from sim.command import Parser, format_of, size_of
-from sim.console import print_tables, progress
+from sim.console import print_tables, print_text
 from sim.errors import InputError
 from sim.options import SCENE_HELP, frame_of
 from sim.scene.load import load_scene
 from sim.scene.scene import Scene
-from sim.study.hardware import MEASURED, read_hardware
+from sim.study.hardware import FORMATS, MEASURED, read_hardware
 from sim.study.needs import check_matplotlib
 from sim.study.policies.measure import measure as measure_policy
 from sim.study.precision.measure import machine_of, measure
@@ -21,12 +20,9 @@ from sim.study.precision.tables import CAPTION
 from sim.study.precision.updates import COLUMNS as UPDATE_COLUMNS
 from sim.study.precision.updates import update_cells, update_rows
 from sim.study.provenance import provenance
-from sim.study.sweep import sweep
 
 EXAMPLE = "precision walker:2000 --formats 5,12 7,16 8,23"
 SIZE = "240x180"
-FORMATS = ("5,8", "5,10", "5,12", "6,13", "6,15", "7,16", "7,18", "8,19", "8,21", "8,23")
-"""Of 14 to 32 bits: exponents enough for a camera's steps, which those of 4 bits do not reach."""
 
 
 def arguments(parser: Parser):
@@ -40,7 +36,7 @@ def arguments(parser: Parser):
     text = "sizes and clocks by format, as JSON; those that come with bkd-sim"
     add("--hardware", metavar="FILE", type=Path, default=MEASURED, help=text)
     add("--only", choices=("formats", "updates"), help="of the two, which run; both")
-    add("--scheduler", metavar="ADDRESS", help="of a Dask cluster; all cores of this machine")
+    scheduler_argument(parser)
     add("--out", metavar="DIR", type=Path, help="folder for all that is made; precision-SCENE")
 
 
@@ -55,22 +51,11 @@ def run(options) -> int:
     from sim.study.folder import check_folder, save
     from sim.study.precision import report
 
-    with progress() as bar:
-        task = bar.add_task("reading the scenes", total=None)
-        scenes = {spec: load_scene(spec) for spec in options.scenes}
-        names = _names(scenes)
-        folder = options.out or Path("-".join(["precision", *names.values()]))
-        check_folder(folder)
-
-        def swept(work: Callable[[dict], dict], cells: list[dict], what: str) -> list[dict]:
-            bar.update(task, description=f"simulating {what}", total=len(cells), completed=0)
-            return sweep(
-                work,
-                cells,
-                scheduler=options.scheduler,
-                done=lambda count: bar.update(task, completed=count),
-            )
-
+    scenes = {spec: load_scene(spec) for spec in options.scenes}
+    names = _names(scenes)
+    folder = options.out or Path("-".join(["precision", *names.values()]))
+    check_folder(folder)
+    with sweeps(options.scheduler) as swept:
         cells = [
             {
                 "scene": spec,
@@ -83,10 +68,10 @@ def run(options) -> int:
             for fmt in formats
             if options.only != "updates"
         ]
-        rows = rows_of(names, cells, swept(measure, cells, "formats"), hardware)
+        rows = rows_of(names, cells, swept("simulating formats", measure, cells), hardware)
         spec, scene = next(iter(scenes.items()))
         cells = update_cells(spec, scene) if options.only != "formats" else []
-        results = swept(measure_policy, cells, "updates")
+        results = swept("simulating updates", measure_policy, cells)
         updates = update_rows(names[spec], cells, results)
     parts = {
         "precision" if len(names) == 1 else f"precision-{name}": [
@@ -118,7 +103,7 @@ def run(options) -> int:
     for section in sections:
         print_tables(*(grid.shown() for grid in section.tables))
         for text in (*section.notes, section.conclusion):
-            print(fill(text, 80, break_long_words=False, break_on_hyphens=False))
+            print_text(text)
     print(f"{folder / 'index.html'}: all of it, with diagrams")
     wrong = [row for row in (*rows, *updates) if row.get("mismatches")]
     for row in wrong:

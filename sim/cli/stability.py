@@ -1,12 +1,11 @@
 """`bkd-sim stability`."""
 
-from collections.abc import Callable
 from pathlib import Path
-from textwrap import fill
 
 from sim.cli.parser import format_argument
+from sim.cli.sweeps import scheduler_argument, sweeps
 from sim.command import Parser, format_of
-from sim.console import conclude, progress
+from sim.console import conclude, print_text
 from sim.files import check_writable
 from sim.options import json_argument
 from sim.study.motion import cells as motion
@@ -17,7 +16,6 @@ from sim.study.needs import check_matplotlib
 from sim.study.provenance import provenance
 from sim.study.stability.cases import CASES, PEERS, cells, measure, wrong
 from sim.study.stability.tables import CAPTION, grids
-from sim.study.sweep import sweep
 
 EXAMPLE = "stability --cases closed slivers --peers"
 MOTION = "motion"
@@ -32,7 +30,7 @@ def arguments(parser: Parser):
     add("--peers", action="store_true", help="the same cases through Embree and warp")
     format_argument(parser)
     add("--seed", metavar="N", type=int, default=1, help="of meshes and rays; %(default)s")
-    add("--scheduler", metavar="ADDRESS", help="of a Dask cluster; all cores of this machine")
+    scheduler_argument(parser)
     add("--out", metavar="DIR", type=Path, help="folder for a page with diagrams, and all figures")
     json_argument(parser)
 
@@ -50,27 +48,16 @@ def run(options) -> int:
         from sim.study.folder import check_folder
 
         check_folder(options.out)
-    with progress() as bar:
-        task = bar.add_task("", total=None)
-
-        def swept(work: Callable[[dict], dict], todo: list[dict], what: str) -> list[dict]:
-            bar.update(task, description=what, total=len(todo), completed=0)
-            return sweep(
-                work,
-                todo,
-                scheduler=options.scheduler,
-                done=lambda count: bar.update(task, completed=count),
-            )
-
-        results = swept(measure, extreme, "trying cases")
-        motions = swept(measure_motion, moving, "moving scenes")
+    with sweeps(options.scheduler) as swept:
+        results = swept("trying cases", measure, extreme)
+        motions = swept("moving scenes", measure_motion, moving)
     made = provenance(options.seed, "distributed", *(PEERS if options.peers else ()))
     figures = {"provenance": made, "cases": results, "motion": motions}
     lines = [*wrong(results), *wrong_motions(motions)]
     shown = [grid.shown() for grid in (*grids(results), *motion_grids(motions))]
     conclude(shown, options.json, figures, lines)
     if says := caption(motions):
-        print(fill(says, 80, break_long_words=False, break_on_hyphens=False))
+        print_text(says)
     if options.out:
         from sim.study.folder import save
         from sim.study.stability.report import sections

@@ -9,6 +9,8 @@ from sim.errors import InputError
 
 MEASURED = Path(__file__).with_name("hardware.json")
 FAMILIES = ("ecp5", "xc4v")
+FORMATS = ("5,8", "5,10", "5,12", "6,13", "6,15", "7,16", "7,18", "8,19", "8,21", "8,23")
+"""Of 14 to 32 bits: exponents enough for a camera's steps, which those of 4 bits do not reach."""
 _PARTS = [(f"{f}_{part}", f, part) for f in FAMILIES for part in ("lut", "multipliers")]
 SIZES = tuple(name for name, _, _ in _PARTS)
 

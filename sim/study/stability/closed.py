@@ -30,21 +30,18 @@ def closed(makers: dict[str, Make], rng: np.random.Generator, cuts: int = CUTS) 
 
 def moved(makers: dict[str, Make], rng: np.random.Generator, cuts: int = CUTS) -> list[dict]:
     """The same where mesh and rays lie far from the origin."""
-    vertices, faces = icosphere(cuts)
-    return [
-        each
-        for by in MOVES
-        for each in _rows(f"+ {power(by)}", makers, (vertices, faces), rng, shift=by)
-    ]
+    return _placed(makers, rng, cuts, {f"+ {power(by)}": {"shift": by} for by in MOVES})
 
 
 def scaled(makers: dict[str, Make], rng: np.random.Generator, cuts: int = CUTS) -> list[dict]:
     """The same where mesh and rays are large or small."""
-    vertices, faces = icosphere(cuts)
+    return _placed(makers, rng, cuts, {f"x {power(by)}": {"scale": by} for by in SCALES})
+
+
+def _placed(makers, rng, cuts: int, places: dict[str, dict[str, float]]) -> list[dict]:
+    sphere = icosphere(cuts)
     return [
-        each
-        for by in SCALES
-        for each in _rows(f"x {power(by)}", makers, (vertices, faces), rng, scale=by)
+        each for name, place in places.items() for each in _rows(name, makers, sphere, rng, **place)
     ]
 
 
