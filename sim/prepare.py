@@ -130,9 +130,15 @@ def view_of(fmt: FloatFormat, camera: Camera) -> View:
     Raises
     ------
     InputError
-        The format does not count that many columns or rows.
+        The format does not count that many columns or rows, or all pixels of one look the same way.
     """
     check_image(fmt, camera.width, camera.height)
+    for step in (camera.right, camera.down):
+        if not decode(fmt, encode(fmt, step)).any():
+            raise InputError(
+                f"format {fmt} is too narrow: a pixel's step of {np.abs(step).max():.2g} becomes "
+                f"zero, below its smallest number of {2.0**fmt.min_exp:.2g}; use more exponent bits"
+            )
     return View(
         origin=encode(fmt, camera.origin),
         corner=encode(fmt, camera.corner),

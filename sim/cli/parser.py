@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from hdl.config import FULL, Config
 from sim.command import Parser, checked, format_of
+from sim.compiler.rays import check_rays
 from sim.cosim.machine import Timing
 from sim.errors import InputError
 
@@ -52,12 +53,14 @@ def ray_config_of(options, fmt: str) -> Config:
     banks = options.memory == "banks"
     if not banks and options.cache < 2:
         raise InputError(f"--cache {options.cache}: a cache has 2 words at least, or use banks")
-    return config_of(
+    config = config_of(
         fmt,
         latency=ray_timing_of(options).latency,
         cache_words=0 if banks else options.cache,
         stack_depth=options.stack,
     )
+    check_rays(config.fmt)
+    return config
 
 
 def config_of(fmt: str, **changes) -> Config:

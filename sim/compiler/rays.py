@@ -52,6 +52,20 @@ class View:
             yield replace(self, top=top, height=min(top + rows, self.height))
 
 
+def check_rays(fmt: FloatFormat):
+    """Refuse a format in which no ray can be cast.
+
+    Raises
+    ------
+    InputError
+        Says which are wide enough.
+    """
+    try:
+        _ = fmt.difference  # which the triangle test asks for
+    except ValueError as error:
+        raise InputError(f"{error}, so rays cannot be cast; use more exponent bits") from error
+
+
 def check_image(fmt: FloatFormat, width: int, height: int):
     """Refuse an image of which a format does not count each column and row exactly.
 

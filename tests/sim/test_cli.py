@@ -82,6 +82,8 @@ BAD_RENDER = {
     "recording": (["--record", "a.txt"], ["a.txt", ".npz"]),
     "recording of frames": (["--frames", "0:2", "--record", "a.npz"], ["a.npz", "--frame"]),
     "wide": (["--size", "300x9", "--format", "4,9"], ["300 x 9", "4,9", "255"]),
+    "steps": (["--size", "64x48", "--format", "4,9"], ["4,9", "pixel's step", "exponent"]),
+    "no rays": (["--format", "4,12"], ["4,12", "exponent"]),
 }
 
 

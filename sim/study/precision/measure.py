@@ -7,10 +7,10 @@ import numpy as np
 from hdl.config import FULL, Config
 from hdl.fp.format import FloatFormat
 from sim.command import checked, format_of
+from sim.compiler.rays import check_rays
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Cast, Stage
-from sim.errors import InputError
-from sim.model.fp.format import decode, encode
+from sim.model.fp.format import decode
 from sim.model.rays.camera import Rays
 from sim.model.rays.traversal import NO_TRIANGLE
 from sim.oracle.trace import trace
@@ -49,7 +49,6 @@ def measure(cell: dict) -> dict:
     prepared = prepare(scene, config)
     pose = prepared.scene.pose(frame)
     camera = auto(pose[None], scene.faces, width, height)
-    _check_steps(fmt, camera)
     view = view_of(fmt, camera)
     rays = camera_rays(fmt, view)
     with Stage(prepared, len(rays.pixels), Timing(latency=config.latency)) as stage:
@@ -80,18 +79,8 @@ def machine_of(fmt: FloatFormat) -> Config:
     InputError
         It cannot be built.
     """
-    checked(lambda: fmt.difference)  # which the triangle test asks for
+    check_rays(fmt)
     return checked(lambda: replace(FULL, fmt=fmt))
-
-
-def _check_steps(fmt: FloatFormat, camera: Camera):
-    """Refuse a format in which all pixels of a row, or of a column, look the same way."""
-    for step in (camera.right, camera.down):
-        if not decode(fmt, encode(fmt, step)).any():
-            raise InputError(
-                f"format {fmt} is too narrow: a pixel's step of {np.abs(step).max():.2g} becomes "
-                f"zero, below its smallest number of {2.0**fmt.min_exp:.2g}; use more exponent bits"
-            )
 
 
 def _against_truth(
