@@ -86,7 +86,8 @@ def trade(axes: Axes, points: Sequence[Point], floor: float):
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
     axes.margins(x=0.24, y=0.1)
-    for k, point in enumerate(points):
+    for rank, k in enumerate(np.argsort(errors)):
+        point, left = points[k], rank % 2  # neighbours on one height have room
         axes.plot(
             point.cost,
             errors[k],
@@ -98,8 +99,10 @@ def trade(axes: Axes, points: Sequence[Point], floor: float):
         axes.annotate(
             point.label if point.error else f"{point.label}: none",
             (point.cost, errors[k]),
-            xytext=(5, -8 if k % 2 else 2),  # so that neighbours have room
+            xytext=(-5 if left else 5, 1),
             textcoords="offset points",
+            ha="right" if left else "left",
+            va="bottom",
             fontsize=SMALL,
         )
     right, top = axes.get_xlim()[1], axes.get_ylim()[1]

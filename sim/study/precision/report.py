@@ -35,6 +35,8 @@ def updates_section(name: str, rows: Sequence[dict]) -> Section:
     if not known:
         return Section(name, f"{scene}: no policy runs.", None, [], notes)
     grid = Grid(
-        f"{scene}: cycles of {len(known[0]['frames'])} frames", UPDATES, updates_table(known)
+        f"{scene}: million cycles of {len(known[0]['frames'])} frames",
+        UPDATES,
+        updates_table(known),
     )
     return Section(name, updates_conclusion(known), updates_figure(known), [grid], notes)

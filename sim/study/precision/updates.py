@@ -70,11 +70,11 @@ def updates_conclusion(rows: Sequence[dict]) -> str:
 
 
 def updates_table(rows: Sequence[dict]) -> list[list[str]]:
-    """Cells under UPDATES."""
+    """Cells under UPDATES; cycles in millions."""
     return [
         [
             row["policy"],
-            *(f"{row[name]:,}" for name in ("update_cycles", "render_cycles", "cycles")),
+            *(f"{row[name] / 1e6:.3f}" for name in ("update_cycles", "render_cycles", "cycles")),
             f"{row['cycles'] / rows[0]['cycles']:.3f}",
             f"{row['lost']:,}",
             percent(row["different_share"]),
