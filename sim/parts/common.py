@@ -11,6 +11,8 @@ LEAST = 6
 SLACK = 64
 """Errors by which a piece may miss the map of another, and is still tried in a fit of both: the
 map of a small piece is less sure far away from it."""
+TRIES = 8
+"""Pieces that are tried so, one after the other."""
 MISSES = 256
 """Pieces smaller than LEAST in a row, in random order, that are tried without finding a group: one
 that has a fiftieth of all such pieces is then missed once in 170 times."""
@@ -49,9 +51,9 @@ def common_motion(bundle: Bundle, error: float) -> np.ndarray:
 
     Pieces of a group follow one affine map in all poses, to within `error`, and have LEAST vertices
     together: any map takes a single triangle along, which says nothing. The map of a piece is tried
-    on all others, the largest piece first; those that it nearly takes along are fitted together
-    and left out again where they do not follow. As Lloyd's relaxation does with clusters of
-    triangles in the lecture, but for an error that is given, so that the number of groups is not.
+    on all others, the largest piece first, and fitted again to all that follow it, until no other
+    does: as Lloyd's relaxation does with clusters of triangles in the lecture, but for an error
+    that is given, so that the number of groups is not.
     """
     group = np.full(len(bundle.starts), -1)
     affine, extents, rank = _affine(bundle, error)
@@ -88,12 +90,19 @@ def _followers(bundle: Bundle, seed: int, free: np.ndarray, error: float) -> np.
     """Those of the free pieces that move as the seed does, with it; ascending."""
     members = np.array([seed])
     while True:
-        maps = _maps(bundle.some(members), error)
-        found = _near(bundle, free, maps, SLACK * error)
-        kept = _together(bundle, np.union1d(found, members), error)
-        if seed not in kept or len(kept) <= len(members):
+        near, missed = _near(bundle, free, _maps(bundle.some(members), error), SLACK * error)
+        follow = np.union1d(members, near[missed <= error])
+        if len(follow) > len(members):
+            follow = follow[_apart(bundle, follow, error) <= error]
+        if len(follow) <= len(members) or seed not in follow:
+            # None follows at once: those that come nearest may do so in a fit of all.
+            tried = near[np.argsort(missed, kind="stable")]
+            tried = tried[~np.isin(tried, members)][:TRIES]
+            unions = (np.union1d(members, piece) for piece in tried)
+            follow = next((u for u in unions if (_apart(bundle, u, error) <= error).all()), members)
+        if len(follow) <= len(members):
             return members
-        members = kept
+        members = follow
 
 
 def _maps(bundle: Bundle, error: float) -> np.ndarray:
@@ -102,24 +111,26 @@ def _maps(bundle: Bundle, error: float) -> np.ndarray:
     return np.concatenate([groups.fit(pose).maps for pose in bundle.poses])
 
 
-def _near(bundle: Bundle, free: np.ndarray, maps: np.ndarray, most: float) -> np.ndarray:
-    """Pieces that the maps take along in all poses, by their first vertices, then by all."""
+def _near(
+    bundle: Bundle, free: np.ndarray, maps: np.ndarray, most: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pieces that maps take along but for `most`, and by how much they miss them.
+
+    By their first vertices, then by all.
+    """
     for matrix, pose in zip(maps, bundle.poses, strict=True):
         first = bundle.starts[free]
         free = free[_length(applied(matrix, bundle.rest[first]) - pose[first]) <= most]
-    return free[_missed(bundle.some(free), maps) <= most] if len(free) else free
+    if not len(free):
+        return free, np.zeros(0)
+    missed = _missed(bundle.some(free), maps)
+    return free[missed <= most], missed[missed <= most]
 
 
-def _together(bundle: Bundle, pieces: np.ndarray, error: float) -> np.ndarray:
-    """Of some pieces those that one fit of all that are left takes along."""
-    while len(pieces) > 1:
-        some = bundle.some(pieces)
-        missed = _missed(some, _maps(some, error))
-        if (missed <= error).all():
-            break
-        # Without the worst: what it has pulled aside may follow again.
-        pieces = pieces[missed <= max(error, missed.max() / 4)]
-    return pieces
+def _apart(bundle: Bundle, pieces: np.ndarray, error: float) -> np.ndarray:
+    """How far each of some pieces misses the one fit of all of them."""
+    some = bundle.some(pieces)
+    return _missed(some, _maps(some, error))
 
 
 def _missed(bundle: Bundle, maps: np.ndarray) -> np.ndarray:

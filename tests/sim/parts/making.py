@@ -78,3 +78,11 @@ def with_noise(motion: Motion, size: float, seed: int) -> Motion:
         return motion(points, frame) + size * signs * (frame > 0)
 
     return noisy
+
+
+def with_loose_vertex(scene: Scene, at: int) -> Scene:
+    """A scene with one vertex more, which no triangle uses and which moves."""
+    faces = np.where(scene.faces >= at, scene.faces + 1, scene.faces).astype(np.int32)
+    return Scene(
+        scene.name, faces, scene.frames, lambda k: np.insert(scene.pose(k), at, 0.1 * k, axis=0)
+    )

@@ -37,6 +37,31 @@ def test_affine_motions_of_all_kinds_at_once(rng):
     assert max(part.residual for part in analysis.parts) < 1e-12
 
 
+def test_what_nearly_follows_does_not_pull_others_along(rng):
+    """Of four balls one is off by thirty errors, in every frame but the first."""
+    move = rigid(rng, 6)
+
+    def off(points, frame):
+        return move(points, frame) + 30 * ERROR * 16 * np.array([0, frame > 0, 0])
+
+    things = [(ball((4 * k, 0, 0)), off if k == 1 else move) for k in range(4)]
+    scene = scene_of(6, *things)
+    assert 8 < half_size(scene) <= 16
+    assert kinds(analyse(scene)) == [("structured", 3), ("structured", 1)]
+
+
+def test_a_group_reaches_farther_the_larger_it_is(rng):
+    """Small plates with some noise: the map of the first one says nothing about the last one."""
+    noise = with_noise(lambda points, frame: points + 0.1 * frame, 1e-4, 7)
+    things = []
+    for k in range(8):
+        points, faces = plate((0, 0, 0))
+        things.append(((points + 3.0**k, faces), noise))
+    scene = scene_of(9, *things)
+    unit = 2.0 ** np.ceil(np.log2(half_size(scene)))
+    assert kinds(analyse(scene, error=4e-4 / unit)) == [("structured", 8)]
+
+
 @pytest.mark.parametrize("noise", [0.85, 1.15])
 def test_noise_just_below_and_just_above_the_error(noise, rng):
     """In one frame that is not sampled: on each axis, so by the root of 3 from the map."""

@@ -12,7 +12,7 @@ from sim.parts.costs import Cost, costs
 from sim.prepare import prepare
 from sim.scene.load import load_scene
 from sim.tree.rebuild import HOST_SECONDS
-from tests.sim.parts.making import ball, bend, plate, rigid, scene_of
+from tests.sim.parts.making import ball, bend, plate, rigid, scene_of, with_loose_vertex
 
 
 def costs_of(scene, frames=None):
@@ -70,6 +70,12 @@ def test_only_what_moves_is_written(rng):
     most = max(cost.instructions for cost in found.parts)
     assert most <= found.divided.instructions < sum(cost.instructions for cost in found.parts)
     assert found.divided.words == 3.5
+
+
+def test_a_vertex_that_no_triangle_uses_is_not_written():
+    scene = scene_of(4, (plate((0, 0, 0)), bend), (ball((5, 0, 0)), None))
+    _, found = costs_of(with_loose_vertex(scene, 3))
+    assert found == costs_of(scene)[1] and found.whole.words > 0
 
 
 def test_of_what_rests_nothing_is_run():

@@ -6,8 +6,7 @@ import pytest
 from sim.parts.pieces import pieces, welded
 from sim.parts.sort import sort_pieces
 from sim.scene.merge import coinciding
-from sim.scene.scene import Scene
-from tests.sim.parts.making import bend, plate, rigid, scene_of
+from tests.sim.parts.making import bend, plate, rigid, scene_of, with_loose_vertex
 
 
 def by_search(faces: np.ndarray) -> list[int]:
@@ -53,15 +52,6 @@ def test_a_seam_is_closed_where_it_moves():
 
 
 def test_a_vertex_that_no_triangle_uses_is_in_no_part():
-    points, faces = plate((0, 0, 0))
-    points = np.insert(points, 4, 9.0, axis=0)
-    faces = np.where(faces >= 4, faces + 1, faces).astype(np.int32)
-
-    def pose(frame: int) -> np.ndarray:
-        moved = bend(points, frame)
-        moved[4] += frame
-        return moved
-
-    scene = Scene("loose vertex", faces, 3, pose)
+    scene = with_loose_vertex(scene_of(3, (plate((0, 0, 0)), bend)), 4)
     (part,) = sort_pieces(scene, range(3), 1e-6, lambda _: None)
     assert part.vertices.tolist() == [0, 1, 2, 3, *range(5, 17)]

@@ -1,5 +1,7 @@
 """Whether one tree serves a part, and from when on not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,14 @@ def test_a_tree_over_all_poses_serves_what_one_over_the_first_does_not():
     assert refitted_cost(scene, first, 12) > 2 * rebuilt_cost(scene, 12)
     ratio, fails_from = refit_ratio(scene, range(24), 2.0)
     assert 1 <= ratio < 1.6 and fails_from is None
+
+
+def test_the_last_frame_counts():
+    """What bursts at once, after all poses that a tree is built over."""
+    burst = load_scene("burst:600")
+    late = replace(burst, pose=lambda frame: burst.pose(20 if frame == 23 else 0))
+    ratio, fails_from = refit_ratio(late, range(24), 2.0)
+    assert ratio > 2 and fails_from == 23
 
 
 def test_one_frame_needs_no_other_tree():
