@@ -11,18 +11,25 @@ from sim.scene.scene import Scene
 from sim.tree.build import BUILDERS
 
 SCENE_HELP = (
-    "walker, waves, room, burst, or the stiff propeller, cloth, shock, collapse or explosion, with "
-    "a size as in walker:80k; an .npz with faces and vertices; glTF; any mesh file; a folder or "
-    "pattern of numbered meshes"
+    "walker, waves, room, fleet, burst, or the stiff propeller, cloth, shock, collapse or "
+    "explosion, with a size as in walker:80k; an .npz with faces and vertices; glTF; any mesh "
+    "file; a folder or pattern of numbered meshes"
 )
 
 
 def scene_arguments(parser: Parser, default: str | None = None):
     """The scene and its tree; the scene may be left out where it has a default."""
+    source_arguments(parser, default)
+    parser.add_argument(
+        "--builder", choices=BUILDERS, default="sah", help="of the tree; %(default)s"
+    )
+
+
+def source_arguments(parser: Parser, default: str | None = None):
+    """The scene alone."""
     add = parser.add_argument
     text = SCENE_HELP + (f"; {default}" if default else "")
     add("scene", metavar="SCENE", help=text, nargs="?" if default else None, default=default)
-    add("--builder", choices=BUILDERS, default="sah", help="of the tree; %(default)s")
     add("--fps", metavar="N", type=float, help="glTF: frames a second; 24")
     add("--animation", metavar="NAME", help="glTF: name or number; the first")
     add("--period", metavar="N", type=int, help="walker, ...: frames of a period; 24")

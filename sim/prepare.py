@@ -18,14 +18,11 @@ from sim.model.fp.format import decode, encode
 from sim.scene.camera import Camera
 from sim.scene.normalise import Normalised, normalise
 from sim.scene.scene import Scene
-from sim.tree.build import build
+from sim.tree.build import POSES, build, spread
 from sim.tree.tree import Tree
 
 COARSEST = 1 / 16
 """Farthest that rounding may move a vertex, in half sizes of the scene."""
-
-POSES = 3
-"""Poses that a tree is built over."""
 
 
 @dataclass(frozen=True)
@@ -116,12 +113,6 @@ def prepare(
     compile_seconds = perf_counter() - begin
     check(config, image.instructions, len(image.vertices), image.nodes)
     return Prepared(normalised, tree, chosen, image, build_seconds, compile_seconds)
-
-
-def spread(frames: range, most: int) -> list[int]:
-    """Some of many frames: the first one, and others at even distances."""
-    count = min(len(frames), most)
-    return [frames[k * len(frames) // count] for k in range(count)]
 
 
 def view_of(fmt: FloatFormat, camera: Camera) -> View:

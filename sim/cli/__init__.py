@@ -1,6 +1,6 @@
 """The command `bkd-sim`: build, simulate, check, report."""
 
-from sim.cli import board, disasm, info, precision, render, replay, stability, update
+from sim.cli import analyse, board, disasm, info, precision, render, replay, stability, update
 from sim.command import parser, run
 from sim.cosim.verilate import SimulationError
 
@@ -8,6 +8,7 @@ COMMANDS = {
     "render": render,
     "update": update,
     "info": info,
+    "analyse": analyse,
     "disasm": disasm,
     "replay": replay,
     "precision": precision,

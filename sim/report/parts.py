@@ -1,7 +1,8 @@
 """Which triangles of a mesh hang together, and a quiet colour for each part."""
 
 import numpy as np
-from numba import njit
+
+from sim.parts.pieces import pieces
 
 PALETTE = ["c8bca8", "7f9bb5", "93a878", "bf7d68", "cdb56c", "9a88aa"]
 """Colours of the parts, sRGB, from the largest on."""
@@ -31,33 +32,4 @@ def parts(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     no vertex if their edges are sharp, are one part.
     """
     _, place = np.unique(vertices, axis=0, return_inverse=True)
-    return _parts(place.reshape(-1)[faces], len(vertices))
-
-
-@njit(cache=True)
-def _parts(faces, places):
-    parent = np.arange(places)  # a place nearer the root of its part's tree, or itself
-
-    for a, b, c in faces:
-        root = a
-        for corner in (a, b, c):
-            at = corner
-            while parent[at] != at:
-                parent[at] = parent[parent[at]]
-                at = parent[at]
-            if corner == a:
-                root = at
-            else:
-                parent[at] = root
-    number = np.full(places, -1)
-    part = np.empty(len(faces), np.int64)
-    count = 0
-    for face in range(len(faces)):
-        at = faces[face, 0]
-        while parent[at] != at:
-            at = parent[at]
-        if number[at] < 0:
-            number[at] = count
-            count += 1
-        part[face] = number[at]
-    return part
+    return pieces(place.reshape(-1)[faces], len(vertices))

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from sim.prepare import Prepared, spread
+from sim.prepare import Prepared
 from sim.report.light import light
 from sim.scene.camera import Camera, auto, look_at, parse
 from sim.scene.view import FILL
+from sim.tree.build import spread
 
 FILLS = {"auto": FILL, "whole": 0.0}
 """Share of the image that the scene fills at least, by the name of the camera."""

@@ -13,21 +13,27 @@ def merge_vertices(scene: Scene) -> Scene:
     0.0 equals -0.0. Vertices keep the order of their first occurrence, also those that no
     triangle uses. Every frame is posed once, and must be finite; none is stored.
     """
-    first = np.zeros(len(scene.pose(0)), np.int64)
-    for frame in range(scene.frames):
-        vertices = scene.pose(frame)
-        check_finite(scene.name, frame, vertices)
-        # Only vertices that leave the one they were equal to so far are compared anew: past the
-        # first frame there are few, so later frames take linear time.
-        apart = np.flatnonzero((vertices != vertices[first]).any(axis=1))
-        if frame == 0:
-            apart = np.arange(len(vertices))
-        first[apart] = apart[first_equal(first[apart], vertices[apart])]
+    first = coinciding(scene, range(scene.frames))
     kept, inverse = np.unique(first, return_inverse=True)
     if len(kept) == len(first):
         return scene
     faces = inverse.astype(np.int32)[scene.faces]
     return Scene(scene.name, faces, scene.frames, lambda frame: scene.pose(frame)[kept])
+
+
+def coinciding(scene: Scene, frames: range) -> np.ndarray:
+    """For each vertex the first one (V,) that it coincides with in all frames; often itself."""
+    first = np.zeros(len(scene.pose(frames[0])), np.int64)
+    for frame in frames:
+        vertices = scene.pose(frame)
+        check_finite(scene.name, frame, vertices)
+        # Only vertices that leave the one they were equal to so far are compared anew: past the
+        # first frame there are few, so later frames take linear time.
+        apart = np.flatnonzero((vertices != vertices[first]).any(axis=1))
+        if frame == frames[0]:
+            apart = np.arange(len(vertices))
+        first[apart] = apart[first_equal(first[apart], vertices[apart])]
+    return first
 
 
 def first_equal(group: np.ndarray, vertices: np.ndarray) -> np.ndarray:

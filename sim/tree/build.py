@@ -6,6 +6,14 @@ from sim.tree.grow import OBJECT_MEDIAN, SAH, SPATIAL_MEDIAN, grow
 from sim.tree.tree import Tree
 
 BUILDERS = {"sah": SAH, "spatial-median": SPATIAL_MEDIAN, "object-median": OBJECT_MEDIAN}
+POSES = 3
+"""Poses of an animation that a tree is built over."""
+
+
+def spread(frames: range, most: int) -> list[int]:
+    """Some of many frames: the first one, and others at even distances."""
+    count = min(len(frames), most)
+    return [frames[k * len(frames) // count] for k in range(count)]
 
 
 def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree:

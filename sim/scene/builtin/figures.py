@@ -8,6 +8,7 @@ from sim.scene.builtin.burst import burst
 from sim.scene.builtin.cloth import cloth
 from sim.scene.builtin.collapse import collapse
 from sim.scene.builtin.explosion import explosion
+from sim.scene.builtin.fleet import fleet
 from sim.scene.builtin.propeller import propeller
 from sim.scene.builtin.room import room
 from sim.scene.builtin.shock import shock
@@ -20,6 +21,7 @@ FIGURES: dict[str, Callable[[str, int, int], Scene]] = {
     "cloth": cloth,
     "collapse": collapse,
     "explosion": explosion,
+    "fleet": fleet,
     "propeller": propeller,
     "room": room,
     "shock": shock,

@@ -6,16 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim.scene.scene import Scene
-from sim.tree.build import build
-from sim.tree.cost import pose_cost
+from sim.tree.rebuild import HOST_SECONDS, first_above, rebuilt_cost, refitted_cost
 from sim.tree.tree import Tree
 
 CYCLES_PER_STEP = 0.25
 """Of one ray: four rays of a packet take a step in a cycle. Measured, of 512 x 386 camera rays
 from memory of 32 cycles latency: 0.17 on the elephant (most rays end early), 0.27 on the walker."""
-HOST_SECONDS = 3e-6
-"""Of a triangle, to build and compile its tree on the host: assumed. Measured for one pose of the
-elephant, on one core of a server: 2.0 us to build, 1.1 us to compile."""
 FORMULA = (
     "refit stops paying in the first frame with update + (SAH refitted - SAH rebuilt) x rays x "
     "cycles_per_step > triangles x host_seconds x clock + words"
@@ -54,17 +50,6 @@ class Prices:
         return (self.rebuild - self.update) / (self.rays * CYCLES_PER_STEP)
 
 
-def refitted_cost(scene: Scene, tree: Tree, frame: int) -> float:
-    """SAH cost of a tree that is refitted to a frame."""
-    return pose_cost(tree, scene.pose(frame), scene.faces)
-
-
-def rebuilt_cost(scene: Scene, frame: int) -> float:
-    """SAH cost of a tree that is built for a frame, in that frame."""
-    vertices = scene.pose(frame)
-    return pose_cost(build(vertices, scene.faces), vertices, scene.faces)
-
-
 def excess(scene: Scene, tree: Tree, frame: int) -> float:
     """SAH cost of a refitted tree above that of a new one."""
     return refitted_cost(scene, tree, frame) - rebuilt_cost(scene, frame)
@@ -91,15 +76,7 @@ def stops(
     int or None
         Found by bisection between the first such sample and the one before it.
     """
-    late = next((k for k, cost in enumerate(above) if cost > prices.most), None)
-    if not late:
-        return None if late is None else frames[0]
-    low, high = frames[late - 1], frames[late]
-    while high - low > 1:
-        middle = (low + high) // 2
-        pays = excess(scene, tree, middle) <= prices.most
-        low, high = (middle, high) if pays else (low, middle)
-    return high
+    return first_above(frames, above, lambda frame: excess(scene, tree, frame), prices.most)
 
 
 def repaid(

@@ -7,24 +7,16 @@ import numpy as np
 from hdl.config import FULL
 from sim.command import format_of
 from sim.cosim.machine import Timing
-from sim.prepare import Prepared, prepare, spread
+from sim.prepare import Prepared, prepare
 from sim.report.update import UpdateReport, measure_update
 from sim.scene.load import load_scene
 from sim.study.hardware import MEASURED, read_hardware
 from sim.study.motion.carried import carried
-from sim.study.motion.costs import (
-    CYCLES_PER_STEP,
-    FORMULA,
-    HOST_SECONDS,
-    Prices,
-    rebuilt_cost,
-    refitted_cost,
-    repaid,
-    stops,
-)
+from sim.study.motion.costs import CYCLES_PER_STEP, FORMULA, Prices, repaid, stops
 from sim.study.motion.rates import rates
 from sim.study.policies.cycles import update_cycles
-from sim.tree.build import build
+from sim.tree.build import build, spread
+from sim.tree.rebuild import HOST_SECONDS, rebuilt_cost, refitted_cost
 
 TREES = ("poses", "first")
 """That are refitted: the machine's, built over three poses of the period, and one that is built

@@ -11,13 +11,14 @@ from sim.errors import InputError
 from sim.model.rays.camera import Rays
 from sim.model.rays.traversal import NO_TRIANGLE, Hits
 from sim.model.refit import refit
-from sim.prepare import Prepared, prepare, spread, view_of
+from sim.prepare import Prepared, prepare, view_of
 from sim.report.passes import class_counts, differences
 from sim.report.pixels import camera_rays
 from sim.scene.camera import auto
 from sim.scene.load import load_scene
 from sim.scene.scene import Scene
 from sim.study.policies.frames import Done, model, run
+from sim.tree.build import spread
 from sim.tree.cost import pose_cost
 
 POSES = 3

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sim.errors import InputError
+from sim.report.parts import parts
 from sim.scene.builtin.figures import FIGURES
 from sim.scene.load import load_scene
 from tests.sim.scene.refusal import refusal
@@ -13,6 +14,7 @@ SMALLEST = {
     "cloth": 2,
     "collapse": 6,
     "explosion": 6,
+    "fleet": 300,
     "propeller": 100,
     "room": 300,
     "shock": 2,
@@ -140,3 +142,22 @@ def test_burst_flies_apart():
     turned = np.cross(*np.diff(corners[[0, 12]], axis=2).transpose(2, 0, 1, 3))
     turned /= np.linalg.norm(turned, axis=-1, keepdims=True)
     assert ((turned[0] * turned[1]).sum(axis=-1) < 0).mean() > 0.2  # they tumble
+
+
+def test_fleet_is_one_ship_in_eight_places():
+    """Each is rigid in every frame, moves, and is the first ship in one of two sizes."""
+    scene = load_scene("fleet:80k")
+    part = parts(scene.pose(0), scene.faces)
+    numbers, counts = np.unique(part, return_counts=True)
+    assert len(numbers) == 1 + 8 * 3 and len(set(counts[1:].tolist())) == 3
+    rest = scene.pose(0)
+    ships = np.unique(scene.faces[part > 0]).reshape(8, -1)
+    sea = np.unique(scene.faces[part == 0])
+    first = np.linalg.norm(rest[ships[0]] - rest[ships[0, 0]], axis=1)
+    for frame in range(24):
+        pose = scene.pose(frame)
+        np.testing.assert_array_equal(pose[sea], rest[sea])
+        for k, ship in enumerate(ships):
+            lengths = np.linalg.norm(pose[ship] - pose[ship[0]], axis=1)
+            np.testing.assert_allclose(lengths, first * (1, 0.6)[k % 2], atol=1e-12)
+            assert frame == 0 or np.abs(pose[ship] - rest[ship]).max() > 0.1
