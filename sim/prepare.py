@@ -24,6 +24,9 @@ from sim.tree.tree import Tree
 COARSEST = 1 / 16
 """Farthest that rounding may move a vertex, in half sizes of the scene."""
 
+ENOUGH = FloatFormat(4, 2)
+"""The narrowest format that moves no vertex farther."""
+
 POSES = 3
 """Poses that a tree is built over."""
 
@@ -81,10 +84,18 @@ class Prepared:
         if moved[vertex] > COARSEST:
             raise InputError(
                 f"{self.scene.name}: format {self.config.fmt} is too narrow: it moves vertex "
-                f"{vertex} of frame {frame} by {moved[vertex]:.2g} of the scene's half size; use "
-                f"more bits"
+                f"{vertex} of frame {frame} by {moved[vertex]:.2g} of the scene's half size; "
+                f"{ENOUGH} is enough"
             )
         return bits
+
+    def check_updates(self, frame: int):
+        """Refuse to show a frame in which vertices have moved, if the machine updates no tree."""
+        if not self.config.update:
+            raise InputError(
+                f"{self.scene.name}: vertices have moved in frame {frame} and the machine has no "
+                f"update processor: use a configuration with update true, or show one frame alone"
+            )
 
 
 def prepare(
@@ -114,7 +125,8 @@ def prepare(
     begin = perf_counter()
     image = compile_tree(tree, scene.faces, config)
     compile_seconds = perf_counter() - begin
-    check(config, image.instructions, len(image.vertices), image.nodes)
+    if config.update:
+        check(config, image.instructions, len(image.vertices), image.nodes)
     return Prepared(normalised, tree, chosen, image, build_seconds, compile_seconds)
 
 

@@ -10,16 +10,15 @@ from hdl.config import FULL, TINY, Config
 from hdl.control import Control
 from hdl.core import frame_job
 from hdl.fp.format import FloatFormat
+from hdl.identification import Surroundings, config_of
 from hdl.registers import (
     BYTES,
     CONTROL,
-    COUNTED,
     STATUS,
     Access,
     Outcome,
     Register,
-    Surroundings,
-    config_of,
+    counted,
     registers,
 )
 from tests.harness import run_cocotb
@@ -27,6 +26,7 @@ from tests.payloads import leaves
 from tests.streams import now, start
 
 AROUND = Surroundings(words=3000, clock_hz=50_000_000)
+COUNTED = counted(TINY)
 REGISTERS = {register.name: register for register in registers(TINY, AROUND)}
 START, STOP, INTERRUPT = (
     CONTROL.const({name: 1}).as_bits() for name in ("start", "stop", "interrupt")
