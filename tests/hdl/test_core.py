@@ -87,7 +87,10 @@ class Checked:
         self.overflows = dict.fromkeys(places.members, False)
 
     def pose(self, frame: int, infinite: int = 0):
-        """Vertices of a frame, some of them infinite; the bounds in memory stay."""
+        """Vertices of a frame, some of them infinite; the bounds in memory stay.
+
+        Where nothing updates them, they are written too.
+        """
         image = self.image
         self.bits = self.prepared.coordinates(frame)
         of = self.rng.integers(len(self.bits), size=infinite)
@@ -95,6 +98,13 @@ class Checked:
         self.memory[image.vertices_at : image.triangles_at] = image.vertex_words(self.bits)
         vertices = self.memory[image.vertices_at : image.triangles_at]
         self.machine.write(image.vertices_at, vertices)
+        if not self.config.update:
+            self.bounds = refit(self.config.fmt, image.order, self._corners())
+            self.memory[image.nodes_at : image.size] = image.node_words(self.bounds)
+            self.machine.write(image.nodes_at, self.memory[image.nodes_at : image.size])
+
+    def _corners(self) -> np.ndarray:
+        return self.bits[self.prepared.leaf_vertices]
 
     def run(
         self, *, updates: bool, casts: dict | None, rays=(), beyond: bool = False
@@ -104,7 +114,7 @@ class Checked:
         `beyond` says that numbers became infinite in the camera.
         """
         image, config, memory = self.image, self.config, self.memory
-        corners = self.bits[self.prepared.leaf_vertices]
+        corners = self._corners()
         if updates:
             self.overflows["update"] = bool(np.isinf(decode(config.fmt, self.bits)).any())
             self.bounds = refit(config.fmt, image.order, corners)
