@@ -53,7 +53,7 @@ def identification(
         "PACKETS": (config.packets, "of rays in flight"),
         "STACK_DEPTH": (config.stack_depth, "nodes that a packet can have waiting"),
         "CACHE_WORDS": (config.cache_words, "of the caches of nodes and of geometry, each"),
-        "LATENCY": (config.latency, "cycles of a memory read that the update processor hides"),
+        "LATENCY": (config.latency, "cycles of a memory read that it hides"),
         "MEMORY_WORDS": (around.words, "that there are, or 0 if unknown"),
         "CLOCK_HZ": (around.clock_hz, "of the machine, or 0 if unknown"),
         "UNITS": (_units(config), "that the full machine has and this one has not"),

@@ -1,7 +1,7 @@
 """The registers of a board, by their names."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import groupby
 
 from amaranth.lib import data
@@ -76,9 +76,9 @@ class RegisterMap:
     def status(self) -> Status:
         """STATUS and CYCLES."""
         values = self.values("STATUS", "CYCLES")
-        fields = data.Const(STATUS, values["STATUS"])
-        busy, done = bool(fields["busy"]), bool(fields["done"])
-        return Status(busy, done, Outcome(fields["outcome"]), values["CYCLES"])
+        bits = data.Const(STATUS, values["STATUS"])
+        busy, done = bool(bits["busy"]), bool(bits["done"])
+        return Status(busy, done, Outcome(bits["outcome"]), values["CYCLES"])
 
     def control(self, bits: int):
         """Write CONTROL."""
@@ -86,9 +86,9 @@ class RegisterMap:
 
     def start(self, job: dict, bits: int):
         """Write the registers of a job, given by the fields of its layout, and then CONTROL."""
-        fields = frame_job(self._config).const(job)
+        numbers = frame_job(self._config).const(job)
         values = {
-            r.offset // BYTES: _number(fields, r.path)
+            r.offset // BYTES: _number(numbers, r.path)
             for r in self._by_name.values()
             if r.access == Access.WRITE
         }
@@ -145,6 +145,21 @@ def check_format(config: Config, wanted: FloatFormat | None, name: str):
             f"{name}: the board's floats are {config.fmt}, not {wanted}; leave out --format, or "
             f"build a board with it"
         )
+
+
+def check_config(config: Config, wanted: Config, name: str):
+    """Refuse a board that is of another configuration than that which is wanted.
+
+    Parameters of units that it has not do not count.
+    """
+    wanted = config_of({register.name: register.value for register in registers(wanted)})
+    for field in fields(Config):
+        there, asked = getattr(config, field.name), getattr(wanted, field.name)
+        if there != asked:
+            raise LinkError(
+                f"{name}: the board's {field.name} is {there}, not {asked}; leave out --config, or "
+                f"build a board with it"
+            )
 
 
 def peek(channel: Channel, block: list[Register]) -> dict[str, int]:

@@ -2,7 +2,7 @@
 
 from hdl.config import Config
 from host import registers
-from host.cli.parser import board_of
+from host.cli.parser import board_arguments, board_of
 from host.session import Board
 from sim.command import Parser
 from sim.console import print_tables, table
@@ -14,7 +14,7 @@ EXAMPLE = "--port /dev/ttyUSB0 identify"
 
 def arguments(parser: Parser):
     """Options of the command."""
-    parser.add_argument("--format", metavar="E,M", help="refuse a board of other floats")
+    board_arguments(parser)
     json_argument(parser)
 
 

@@ -94,7 +94,7 @@ class Stage:
         self.memory = image.constant_words()
         self._pose(prepared.coordinates(prepared.frames[0] if frame is None else frame))
         self._rays_at = image.size
-        self._hits_at = image.size + 2 * rays
+        self._hits_at = image.size + (2 * rays if prepared.config.source else 0)
         image.check_fits(self._hits_at + rays)
         self.machine = Machine(
             prepared.config, self._hits_at + rays, timing, waves=waves, unit=Core
