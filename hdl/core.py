@@ -118,7 +118,7 @@ class Core(wiring.Component):
 
         # One after the other. The job stays here for as long as it takes.
         phase = Signal(Phase)
-        idle, casting = Signal(init=1), Signal()  # of phase; go to many places
+        idle, updating, casting = Signal(init=1), Signal(), Signal()  # of phase; go to many places
         job = Signal.like(self.i.p, reset_less=True)
         m.d.comb += [
             self.busy.eq(~idle),
@@ -126,6 +126,18 @@ class Core(wiring.Component):
             cast.i.valid.eq(casting),
             cast.i.p.eq(job.cast),
         ]
+        updates = Signal()  # there is a program
+        if update:
+            m.d.comb += [
+                self.counters.update.eq(update.counters.cycles),
+                overflows.update.eq(update.counters.overflow),
+                update.i.valid.eq((phase == Phase.BEGIN) & updates),
+                update.i.p.program.eq(job.program),
+                update.i.p.vertices.eq(job.cast.scene.vertices),
+                update.i.p.nodes.eq(job.cast.scene.nodes),
+            ]
+            with m.If(idle):
+                m.d.sync += updates.eq(self.i.p.program.length != 0)
         rays_port = self._rays_port(m, cast, phase == Phase.TURN)
         with m.If(idle):
             m.d.sync += job.eq(self.i.p)
@@ -133,52 +145,25 @@ class Core(wiring.Component):
             with m.Case(Phase.IDLE):
                 with m.If(self.i.valid):
                     m.d.sync += [phase.eq(Phase.BEGIN if update else Phase.TURN), idle.eq(0)]
+                    m.d.sync += [updating.eq(1)] if update else []
+            if update:
+                with m.Case(Phase.BEGIN):
+                    m.d.sync += phase.eq(Mux(updates, Phase.UPDATE, Phase.TURN))
+                with m.Case(Phase.UPDATE):
+                    with m.If(~update.busy & ~self.unsettled):
+                        m.d.sync += phase.eq(Phase.TURN)
             with m.Case(Phase.TURN):
                 m.d.sync += [phase.eq(Phase.CAST), casting.eq(job.casts)]
+                m.d.sync += [updating.eq(0)] if update else []
             with m.Case(Phase.CAST):
                 with m.If(~casting | cast.i.ready):
                     m.d.sync += [phase.eq(Phase.DRAIN), casting.eq(0)]
             with m.Case(Phase.DRAIN):
                 with m.If(~rays_port.request.valid & ~self.unsettled):
                     m.d.sync += [phase.eq(Phase.IDLE), idle.eq(1)]
-        if update:
-            self._update_first(m, update, phase, job, rays_port)
-        else:
+        if not update:
             wiring.connect(m, rays_port, wiring.flipped(self.port))
-        return m
-
-    def _update_first(
-        self,
-        m: Module,
-        update: UpdateProcessor,
-        phase: "enum.EnumView[Phase]",
-        job: data.View,
-        rays_port: PortInterface,
-    ):
-        """The phases of an update, in which it has the memory port."""
-        updating = Signal()  # of phase; goes to many places
-        updates = Signal()  # there is a program
-        m.d.comb += [
-            self.counters.update.eq(update.counters.cycles),
-            self.counters.overflows.update.eq(update.counters.overflow),
-            update.i.valid.eq((phase == Phase.BEGIN) & updates),
-            update.i.p.program.eq(job.program),
-            update.i.p.vertices.eq(job.cast.scene.vertices),
-            update.i.p.nodes.eq(job.cast.scene.nodes),
-        ]
-        with m.Switch(phase):
-            with m.Case(Phase.IDLE):
-                m.d.sync += [
-                    updates.eq(self.i.p.program.length != 0),
-                    updating.eq(self.i.valid),
-                ]
-            with m.Case(Phase.BEGIN):
-                m.d.sync += phase.eq(Mux(updates, Phase.UPDATE, Phase.TURN))
-            with m.Case(Phase.UPDATE):
-                with m.If(~update.busy & ~self.unsettled):
-                    m.d.sync += phase.eq(Phase.TURN)
-            with m.Case(Phase.TURN):
-                m.d.sync += updating.eq(0)
+            return m
 
         request, response = self.port.request, self.port.response
         for unit, works in [(update.port, updating), (rays_port, ~updating)]:
