@@ -42,6 +42,22 @@ def resources(
     return _by_unit(owned, chosen)
 
 
+def ratios(
+    units: dict[str, dict[str, int]], against: dict[str, dict[str, int]]
+) -> dict[str, dict[str, float | None]]:
+    """What each unit takes over what that of another machine takes, by unit and resource.
+
+    None where one of them has no such unit, or the other takes none.
+    """
+    found = {}
+    for unit in sorted({*units, *against}):
+        one, other = units.get(unit), against.get(unit)
+        found[unit] = {
+            r: one[r] / other[r] if one and other and other[r] else None for r in RESOURCES
+        }
+    return found
+
+
 def _verilog(config: Config) -> str:
     core = Core(config)
     members = [Value.cast(value) for *_, value in core.signature.flatten(core)]

@@ -52,7 +52,7 @@ def export(config: Config, name: str, stem: str) -> dict[str, str]:
     ----------
     config : Config
     name : str
-        Of the configuration; the top module is `bkd_` and that.
+        Of the configuration; the top module is `bkd_` and that, as Verilog spells names.
     stem : str
         Of the files.
 
@@ -61,7 +61,7 @@ def export(config: Config, name: str, stem: str) -> dict[str, str]:
     ValueError
         The configuration has no caches.
     """
-    top = f"bkd_{name}"
+    top = re.sub(r"\W", "_", f"bkd_{name}")
     return {
         ".v": f"{_comment(config, top)}\n{verilog(System(config), top)}",
         ".vlt": waivers(),

@@ -8,10 +8,10 @@ from hdl.bus.axi import AxiMaster
 from hdl.bus.reader import axi
 from hdl.bus.signals import Axi4Interface
 from hdl.config import Config
+from hdl.identification import Surroundings
 from hdl.link.uart import Receiver, Transmitter
 from hdl.linked import LinkedCore
 from hdl.memory.onchip import OnChip
-from hdl.registers import Surroundings
 
 
 class Board(wiring.Component):

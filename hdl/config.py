@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from hdl.fp.format import F24, FloatFormat
-from hdl.isa import REGISTER_BITS
+from hdl.isa import NODE_BITS, REGISTER_BITS
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,18 @@ class Config:
     cache_words : int
         Words of the cache of nodes, and of that of geometry: a power of two, 2 to 65536. With 0
         there are none; nodes and geometry have memory ports of their own, for banks on the chip.
+    update : bool
+        There is an update processor. Without one, trees stay as they are.
+    camera, source : bool
+        Rays come from the camera, and from memory. One of them at least.
+    pointer_bits : int
+        Bits of the index of a node or a triangle inside the machine; those in memory have 28. The
+        highest index stands for no triangle. 2 to 28.
 
     Raises
     ------
     ValueError
-        A parameter is out of its range.
+        A parameter is out of its range, or there is nowhere for rays to come from.
     """
 
     fmt: FloatFormat = F24
@@ -44,6 +51,10 @@ class Config:
     packets: int = 32
     stack_depth: int = 32
     cache_words: int = 2048
+    update: bool = True
+    camera: bool = True
+    source: bool = True
+    pointer_bits: int = NODE_BITS
 
     box_latency: ClassVar[int] = 2
     """Cycles from the issue of a merge to that of the first instruction that can read its box."""
@@ -60,11 +71,19 @@ class Config:
             ("packets", 1, 32),
             ("stack_depth", 1, 64),
             ("cache_words", 0, 1 << 16),
+            ("pointer_bits", 2, NODE_BITS),
         ]:
             if not low <= getattr(self, name) <= high:
                 raise ValueError(f"{name} is {low} to {high}, not {getattr(self, name)}")
         if self.cache_words == 1 or self.cache_words & (self.cache_words - 1):
             raise ValueError(f"cache_words is 0 or a power of two, not {self.cache_words}")
+        if not (self.camera or self.source):
+            raise ValueError("rays come from somewhere: camera or source is true, not neither")
+
+    @property
+    def most_triangles(self) -> int:
+        """Triangles of the largest scene, by the bits of their indices."""
+        return (1 << self.pointer_bits) - 1
 
     @property
     def load_latency(self) -> int:

@@ -12,7 +12,6 @@ from hdl.core import frame_job
 from hdl.registers import (
     BYTES,
     CONTROL,
-    COUNTED,
     SPAN,
     STATUS,
     UNKNOWN,
@@ -50,7 +49,7 @@ class Control(wiring.Component):
     bus : In(Registers)
     o : Out(stream of frame_job)
     busy : In(1), of the core
-    counters : In(COUNTED), of core and link
+    counters : In(counted), of core and link
     read_failed, write_failed : In(1), the memory answers with an error
     idle : In(1), nothing is under way to the memory
     hold : Out(1), nothing goes from the core to the memory or comes from it
@@ -75,7 +74,7 @@ class Control(wiring.Component):
         super().__init__({
             "bus": In(Registers(exact_log2(SPAN // BYTES))),
             "o": Out(stream.Signature(frame_job(config))),
-            "counters": In(COUNTED),
+            "counters": In(registers.counted(config)),
             **dict.fromkeys(("busy", "read_failed", "write_failed", "idle"), In(1)),
             **dict.fromkeys(("hold", "reset", "interrupt"), Out(1)),
         })

@@ -6,12 +6,12 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.control import Control, in_reset
-from hdl.core import COUNTERS, Core
+from hdl.core import Core
+from hdl.identification import Surroundings
 from hdl.link.link import Link
 from hdl.memory.arbiter import Arbiter
 from hdl.memory.gate import Gate
 from hdl.memory.port import Port, PortInterface
-from hdl.registers import Surroundings
 
 
 class LinkedCore(wiring.Component):
@@ -113,7 +113,7 @@ class LinkedCore(wiring.Component):
             m.d.comb += counts[name].eq(count)
         m.d.comb += [
             control.busy.eq(core.busy),
-            *(control.counters[name].eq(core.counters[name]) for name, _ in COUNTERS),
+            *(control.counters[name].eq(core.counters[name]) for name, _ in core.counters.shape()),
             control.read_failed.eq(self.read_failed),
             control.write_failed.eq(self.write_failed),
             control.idle.eq(gate.idle & ~unsettled),

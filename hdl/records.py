@@ -79,6 +79,6 @@ def scene(config: Config) -> data.StructLayout:
     """
     return data.StructLayout({
         **dict.fromkeys(("vertices", "triangles", "nodes"), config.address_bits),
-        "root": NODE_BITS,
+        "root": config.pointer_bits,
         "margin": config.fmt.layout,
     })

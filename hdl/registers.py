@@ -6,27 +6,27 @@ offset  registers
 0x000   identification: what was built; constant
 0x040   CONTROL, STATUS and CYCLES
 0x100   the job: a register for each number in hdl.core.frame_job, in its order
-0x200   counters: a register for each in hdl.core.COUNTERS, in its order
+0x200   counters: a register for each in hdl.core.counters, in its order
 0x300   counters of the serial link: a register for each in LINK; zero where there is none
 ======  =======================================================================================
 
-Offsets are in bytes and the same in every configuration; a map in which one moves has another
-VERSION. Floats are bit patterns in the lowest bits of a register, addresses count memory words.
+Offsets are in bytes and the same in every configuration: what a machine has no unit for leaves its
+places empty. A map in which one moves has another VERSION. Floats are bit patterns in the lowest
+bits of a register, addresses count memory words.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 from amaranth.hdl import Shape
 from amaranth.lib import data, enum
 
+from hdl import core
 from hdl.config import Config
-from hdl.core import COUNTERS, frame_job
+from hdl.core import frame_job
 from hdl.fp.format import FloatFormat
-from hdl.records import word_bits
+from hdl.identification import UNKNOWN, Surroundings, identification
 
-MAGIC = int.from_bytes(b"BKDT", "big")
-VERSION = 3
 BYTES = 4
 """Bytes of a register."""
 
@@ -66,27 +66,13 @@ LINK = data.StructLayout(dict.fromkeys(("framing_errors", "damaged", "lost", "ex
 """Since reset. Bytes without a stop bit, frames that are damaged, frames that found no room, and
 commands that were executed."""
 
-COUNTED = data.StructLayout({**{name: field.shape for name, field in COUNTERS}, "link": LINK})
-"""All that a machine counts."""
+
+LINKED = data.StructLayout({"link": LINK})
 
 
-@dataclass(frozen=True)
-class Surroundings:
-    """What a machine is told of where it is, to tell whoever asks.
-
-    Attributes
-    ----------
-    words : int
-        Of its memory, from address 0 on. 0 if unknown.
-    clock_hz : int
-        0 if unknown.
-    """
-
-    words: int = 0
-    clock_hz: int = 0
-
-
-UNKNOWN = Surroundings()
+def counted(config: Config) -> data.StructLayout:
+    """All that a machine counts: core and link."""
+    return data.StructLayout({**core.counters(config).members, **LINKED.members})
 
 
 @dataclass(frozen=True)
@@ -105,7 +91,7 @@ class Register:
         Of a constant, or after reset.
     doc : str
     path : tuple of str
-        Of the field of frame_job, or of COUNTED, that it is.
+        Of the field of frame_job, or of `counted`, that it is.
     fields : Layout, optional
         Of its bits.
     """
@@ -128,11 +114,11 @@ def registers(config: Config, around: Surroundings = UNKNOWN) -> list[Register]:
     ValueError
         A number of the job is wider than a register.
     """
-    job = _leaves(config.fmt, frame_job(config))
-    counters = _leaves(config.fmt, COUNTERS)
-    link = _leaves(config.fmt, LINK, ("link",))
     found = [
-        *_identification(config, around),
+        *(
+            Register(name, IDENTIFICATION_AT + BYTES * place, Access.READ, 8 * BYTES, value, doc)
+            for name, (place, value, doc) in identification(config, around).items()
+        ),
         Register(
             "CONTROL", CONTROL_AT, Access.SPECIAL, CONTROL.size, 0, "starts and stops runs",
             fields=CONTROL,
@@ -144,58 +130,38 @@ def registers(config: Config, around: Surroundings = UNKNOWN) -> list[Register]:
         Register(
             "CYCLES", CONTROL_AT + 2 * BYTES, Access.READ, 32, 0, "of the clock; runs over",
         ),
-        *_block(("JOB",), JOB_AT, Access.WRITE, job, "field {} of hdl.core.frame_job"),
-        *_block(("COUNT",), COUNTERS_AT, Access.READ, counters, "counter {} of hdl.core"),
-        *_block((), LINK_AT, Access.READ, link, "counter {}, since reset"),
     ]  # fmt: skip
+    whole = replace(config, update=True, camera=True, source=True)
+    for prefix, at, access, doc, layout in [
+        (("JOB",), JOB_AT, Access.WRITE, "field {} of hdl.core.frame_job", frame_job),
+        (("COUNT",), COUNTERS_AT, Access.READ, "counter {} of hdl.core", core.counters),
+        ((), LINK_AT, Access.READ, "counter {}, since reset", lambda _: LINKED),
+    ]:
+        there, places = (_leaves(config.fmt, layout(of)) for of in (config, whole))
+        found += _block(prefix, at, access, doc, there, places)
     for before, after in zip(found, found[1:], strict=False):
         if before.offset >= after.offset:
             raise ValueError(f"{before.name} runs into {after.name}")
     return found
 
 
-def _identification(config: Config, around: Surroundings) -> list[Register]:
-    constants = {
-        "MAGIC": (MAGIC, "the letters BKDT"),
-        "VERSION": (VERSION, "of this map"),
-        "EXPONENT_BITS": (config.fmt.exp_bits, "of a float"),
-        "MANTISSA_BITS": (config.fmt.man_bits, "of a float, without the hidden one"),
-        "WORD_BITS": (word_bits(config.fmt), "of a memory word"),
-        "ADDRESS_BITS": (config.address_bits, "of the address of a memory word"),
-        "VERTEX_REGISTERS": (config.vertex_registers, "of the update processor"),
-        "BOX_REGISTERS": (config.box_registers, "of the update processor"),
-        "PACKETS": (config.packets, "of rays in flight"),
-        "STACK_DEPTH": (config.stack_depth, "nodes that a packet can have waiting"),
-        "CACHE_WORDS": (config.cache_words, "of the caches of nodes and of geometry, each"),
-        "LATENCY": (config.latency, "cycles of a memory read that the update processor hides"),
-        "MEMORY_WORDS": (around.words, "that there are, or 0 if unknown"),
-        "CLOCK_HZ": (around.clock_hz, "of the machine, or 0 if unknown"),
-    }
-    return [
-        Register(name, IDENTIFICATION_AT + BYTES * k, Access.READ, 8 * BYTES, value, doc)
-        for k, (name, (value, doc)) in enumerate(constants.items())
-    ]
-
-
-def config_of(values: Mapping[str, int]) -> Config:
-    """The configuration of a machine whose identification registers hold these values."""
-    others = (field.name for field in fields(Config) if field.name != "fmt")
-    return Config(
-        FloatFormat(values["EXPONENT_BITS"], values["MANTISSA_BITS"]),
-        **{name: values[name.upper()] for name in others},
-    )
-
-
 def _block(
-    prefix: tuple[str, ...], at: int, access: Access, leaves: Iterator, doc: str
+    prefix: tuple[str, ...],
+    at: int,
+    access: Access,
+    doc: str,
+    there: Iterable[tuple[tuple[str, ...], int]],
+    places: Iterable[tuple[tuple[str, ...], int]],
 ) -> list[Register]:
+    """Registers of the numbers that are there, each in its place among all that may be."""
+    offsets = {path: at + BYTES * k for k, (path, _) in enumerate(places)}
     found = []
-    for k, (path, width) in enumerate(leaves):
+    for path, width in there:
         name = "_".join((*prefix, *path)).upper()
         if width > 8 * BYTES:
             raise ValueError(f"{name}: a register has {8 * BYTES} bits, not {width}")
-        offset, text = at + BYTES * k, doc.format(".".join(path))
-        found.append(Register(name, offset, access, width, 0, text, path))
+        text = doc.format(".".join(path))
+        found.append(Register(name, offsets[path], access, width, 0, text, path))
     return found
 
 

@@ -11,7 +11,7 @@ from hdl.bus.reader import axi
 from hdl.bus.signals import Axi4Interface, AxiLite, AxiLiteInterface
 from hdl.config import Config
 from hdl.control import Control, in_reset
-from hdl.core import COUNTERS, Core
+from hdl.core import Core
 from hdl.registers import SPAN
 
 
@@ -68,7 +68,7 @@ class System(wiring.Component):
         wiring.connect(m, master.axi, wiring.flipped(self.m_axi))
         m.d.comb += [
             control.busy.eq(core.busy),
-            *(control.counters[name].eq(core.counters[name]) for name, _ in COUNTERS),
+            *(control.counters[name].eq(core.counters[name]) for name, _ in core.counters.shape()),
             control.read_failed.eq(master.read_failed),
             control.write_failed.eq(master.write_failed),
             control.idle.eq(master.idle),

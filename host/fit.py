@@ -20,7 +20,8 @@ def check_soon(scene: Scene, config: Config, words: int):
     """
     triangles, vertices = len(scene.faces), len(np.unique(scene.faces))
     nodes = max(triangles - 1, 1)
-    program = -(-(vertices + triangles + nodes) // instructions_per_word(config.fmt))
+    instructions = vertices + triangles + nodes if config.update else 0
+    program = -(-instructions // instructions_per_word(config.fmt))
     _check_words(scene.name, triangles + vertices + nodes + program, words, "at least ")
 
 
@@ -38,13 +39,25 @@ def check_fit(prepared: Prepared, config: Config, words: int):
             f"{name}: is compiled for floats of {compiled.fmt} and the board's are {config.fmt}; "
             f"prepare it for the board's config"
         )
+    if config.update and not compiled.update:
+        raise InputError(
+            f"{name}: is compiled without a program and the board updates trees by one; prepare it "
+            f"for the board's config"
+        )
+    triangles = len(prepared.image.corners)
+    if triangles > config.most_triangles:
+        raise InputError(
+            f"{name}: has {triangles:,} triangles and the board has indices for "
+            f"{config.most_triangles:,}: pointer_bits is {config.pointer_bits} and has to be "
+            f"{triangles.bit_length()}; take a smaller scene"
+        )
     levels = depth(prepared.tree)
     if levels > config.stack_depth:
         raise InputError(
             f"{name}: its tree has {levels} levels and a stack of the board holds "
             f"{config.stack_depth}; take a smaller scene"
         )
-    for kind in ("vertex_registers", "box_registers"):
+    for kind in ("vertex_registers", "box_registers") if config.update else ():
         needed, there = getattr(compiled, kind), getattr(config, kind)
         if needed > there:
             raise InputError(

@@ -68,7 +68,8 @@ def constant_parts(image: Image) -> Iterator[Part]:
         ("triangle", image.triangles_at, image.nodes_at, 0, triangle),
         ("link of node", image.nodes_at, image.size, whole - LINK_BYTES, LINK_BYTES),
     ):
-        yield Part(name, begin, first, rows_of(words[begin:end], first, size))
+        if end > begin:  # a machine that updates no tree has no program
+            yield Part(name, begin, first, rows_of(words[begin:end], first, size))
 
 
 def vertex_part(image: Image, coordinates: np.ndarray) -> Part:

@@ -1,26 +1,30 @@
 """The registers of a board, by their names."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from itertools import groupby
 
 from amaranth.lib import data
 
 from hdl.config import FULL, Config
 from hdl.core import frame_job
 from hdl.fp.format import FloatFormat
+from hdl.identification import VERSION, config_of
 from hdl.link.protocol import MAGIC
 from hdl.registers import (
     BYTES,
     CONTROL_AT,
     STATUS,
-    VERSION,
     Access,
     Outcome,
     Register,
-    config_of,
     registers,
 )
 from host.link.channel import Channel
 from host.link.errors import LinkError
+
+LEAST = replace(FULL, update=False)
+"""A machine that says what it has not."""
 
 ENDINGS = {
     Outcome.COMPLETE: "complete",
@@ -72,9 +76,9 @@ class RegisterMap:
     def status(self) -> Status:
         """STATUS and CYCLES."""
         values = self.values("STATUS", "CYCLES")
-        fields = data.Const(STATUS, values["STATUS"])
-        busy, done = bool(fields["busy"]), bool(fields["done"])
-        return Status(busy, done, Outcome(fields["outcome"]), values["CYCLES"])
+        bits = data.Const(STATUS, values["STATUS"])
+        busy, done = bool(bits["busy"]), bool(bits["done"])
+        return Status(busy, done, Outcome(bits["outcome"]), values["CYCLES"])
 
     def control(self, bits: int):
         """Write CONTROL."""
@@ -82,13 +86,13 @@ class RegisterMap:
 
     def start(self, job: dict, bits: int):
         """Write the registers of a job, given by the fields of its layout, and then CONTROL."""
-        fields = frame_job(self._config).const(job)
-        block = [r for r in self._by_name.values() if r.access == Access.WRITE]
-        values = [_number(fields, register.path) for register in block]
-        self._channel.poke(
-            (block[0].offset // BYTES, values),
-            (self._index("CONTROL"), [bits]),
-        )
+        numbers = frame_job(self._config).const(job)
+        values = {
+            r.offset // BYTES: _number(numbers, r.path)
+            for r in self._by_name.values()
+            if r.access == Access.WRITE
+        }
+        self._channel.poke(*_runs(values), (self._index("CONTROL"), [bits]))
 
     def counters(self) -> dict:
         """All counters, in dictionaries where layouts hold layouts."""
@@ -113,7 +117,8 @@ def identification(channel: Channel) -> dict[str, int]:
     LinkError
         It has no such registers, or those of another version.
     """
-    block = [register for register in registers(FULL) if register.offset < CONTROL_AT]
+    block = [r for of in (FULL, LEAST) for r in registers(of) if r.offset < CONTROL_AT]
+    block = sorted({r.name: r for r in block}.values(), key=lambda r: r.offset)
     found = peek(channel, [r for r in block if r.name in ("MAGIC", "VERSION")])
     if found["MAGIC"] != MAGIC:
         raise LinkError(f"{channel.name}: the board has no registers of a B-KD tree machine")
@@ -142,11 +147,33 @@ def check_format(config: Config, wanted: FloatFormat | None, name: str):
         )
 
 
+def check_config(config: Config, wanted: Config, name: str):
+    """Refuse a board that is of another configuration than that which is wanted.
+
+    Parameters of units that it has not do not count.
+    """
+    wanted = config_of({register.name: register.value for register in registers(wanted)})
+    for field in fields(Config):
+        there, asked = getattr(config, field.name), getattr(wanted, field.name)
+        if there != asked:
+            raise LinkError(
+                f"{name}: the board's {field.name} is {there}, not {asked}; leave out --config, or "
+                f"build a board with it"
+            )
+
+
 def peek(channel: Channel, block: list[Register]) -> dict[str, int]:
     """Registers by name; those that are near each other are read at once."""
     first = block[0].offset // BYTES
     values = channel.peek(first, block[-1].offset // BYTES - first + 1)
     return {register.name: values[register.offset // BYTES - first] for register in block}
+
+
+def _runs(values: dict[int, int]) -> Iterator[tuple[int, list[int]]]:
+    """Values by ascending index in runs of neighbours, each with its first index."""
+    for _, run in groupby(enumerate(values), lambda pair: pair[1] - pair[0]):
+        indices = [index for _, index in run]
+        yield indices[0], [values[index] for index in indices]
 
 
 def _number(fields: data.Const, path: tuple[str, ...]) -> int:

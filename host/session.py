@@ -17,8 +17,16 @@ from host.link.port import BAUD, open_port
 from host.link.split import RUN
 from host.registers import RegisterMap, Status, check_format, config_in, identification
 from host.runner import Runner
-from sim.compiler.rays import HIT_FIELDS, View, hits_of, image_fields, scene_fields
+from sim.compiler.rays import (
+    HIT_FIELDS,
+    View,
+    camera_fields,
+    check_rays,
+    hits_of,
+    scene_fields,
+)
 from sim.errors import InputError
+from sim.model.refit import refit
 from sim.prepare import Prepared
 from sim.report.pixels import camera_rays
 
@@ -155,7 +163,13 @@ class Board:
     def show(self, frame: int, progress: Progress = silently) -> dict | None:
         """Bring the scene to a frame: the vertices that move, and an update.
 
-        The counters of the update; None where no vertex has moved.
+        The counters of the update; None where no vertex has moved, or for the first frame on a
+        board without update processor, whose bounds the host writes.
+
+        Raises
+        ------
+        InputError
+            A vertex has moved, and the board has no update processor.
         """
         prepared = self._on_board()
         image, bits = prepared.image, prepared.coordinates(frame)
@@ -165,19 +179,34 @@ class Board:
             changed = (bits != self.bits)[image.vertices].any(axis=1)
         if not changed.any():
             return None
-        length = len(image.instructions)
+        if self.bits is not None and not self.config.update:
+            raise InputError(
+                f"{prepared.scene.name}: vertices have moved in frame {frame} and the board has no "
+                f"update processor: build one with update true, or upload that frame"
+            )
+        with self._at_work():
+            self.bits = None
+            runs = parts.runs_of(part, changed, RUN.size)
+            self.channel.write(runs, part.first, part.size, progress)
+            update = self._update(bits, progress)
+            self.bits = bits
+        return update
+
+    def _update(self, bits: np.ndarray, progress: Progress) -> dict | None:
+        """Bring bounds to the vertices that are on the board; None where the host writes them."""
+        prepared = self._on_board()
+        image, length = prepared.image, len(prepared.image.instructions)
+        if not self.config.update:
+            bounds = refit(self.config.fmt, image.order, bits[prepared.leaf_vertices])
+            part = parts.bounds_part(image, bounds)
+            self.write(part.address, part.rows, part.first, progress)
+            return None
         job = {
             "program": {"address": 0, "length": length},
             "casts": 0,
             "cast": {"scene": scene_fields(image)},
         }
-        with self._at_work():
-            self.bits = None
-            runs = parts.runs_of(part, changed, RUN.size)
-            self.channel.write(runs, part.first, part.size, progress)
-            counters = self._runner.run(job, BESIDE + INSTRUCTION_CYCLES * length)
-            self.bits = bits
-        return counters["update"]
+        return self._runner.run(job, BESIDE + INSTRUCTION_CYCLES * length)["update"]
 
     def render(
         self,
@@ -190,6 +219,7 @@ class Board:
         In bands of rows where the memory does not hold all; `ran` is told the counters of each.
         """
         prepared = self._on_board()
+        check_rays(self.config, camera=True)
         image = prepared.image
         found: list[dict[str, np.ndarray]] = []
         with self._at_work():
@@ -197,11 +227,10 @@ class Board:
                 rays = RAYS * band.packets
                 cast = {
                     "scene": scene_fields(image),
-                    "camera": 1,
-                    "image": image_fields(self.config, band),
+                    **camera_fields(self.config, band),
                     "hits": image.size,
                 }
-                job = {"program": {"length": 0}, "casts": 1, "cast": cast}
+                job = {"casts": 1, "cast": cast}
                 ran(self._runner.run(job, BESIDE + RAY_CYCLES * rays))
                 found.append(self._hits(band, progress))
         return {name: np.concatenate([hits[name] for hits in found]) for name in HIT_FIELDS}

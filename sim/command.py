@@ -53,10 +53,16 @@ def size_of(text: str, example: str) -> tuple[int, int]:
 
 def format_of(text: str) -> FloatFormat:
     """The format of --format E,M."""
-    match = re.fullmatch(r"(\d+),(\d+)", text)
-    if not match:
+    bits = format_bits(text)
+    if not bits:
         raise InputError(f"--format {text}: give exponent and mantissa bits, as in 7,16")
-    return checked(FloatFormat, exp_bits=int(match[1]), man_bits=int(match[2]))
+    return checked(FloatFormat, exp_bits=bits[0], man_bits=bits[1])
+
+
+def format_bits(text: str) -> tuple[int, int] | None:
+    """Exponent and mantissa bits of E,M; None if it is not that."""
+    match = re.fullmatch(r"(\d+),(\d+)", text)
+    return (int(match[1]), int(match[2])) if match else None
 
 
 def checked(make, **values):

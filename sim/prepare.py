@@ -15,6 +15,10 @@ from sim.compiler.image import Image
 from sim.compiler.rays import View, check_image
 from sim.errors import InputError
 from sim.model.fp.format import decode, encode
+from sim.model.rays.camera import Rays
+from sim.model.rays.setup import ROUNDING_ULPS
+from sim.model.rays.transform import instances_of
+from sim.model.rays.traversal import NO_TRIANGLE, Hits, trace
 from sim.scene.camera import Camera
 from sim.scene.normalise import Normalised, normalise
 from sim.scene.scene import Scene
@@ -23,6 +27,9 @@ from sim.tree.tree import Tree
 
 COARSEST = 1 / 16
 """Farthest that rounding may move a vertex, in half sizes of the scene."""
+
+ENOUGH = FloatFormat(4, 2)
+"""The narrowest format that moves no vertex farther."""
 
 
 @dataclass(frozen=True)
@@ -59,29 +66,98 @@ class Prepared:
         return self.image.config
 
     @cached_property
+    def faces(self) -> np.ndarray:
+        """Points (T, 3) of what the leaves are of: triangles of the scene."""
+        return self.scene.faces
+
+    @cached_property
     def leaf_vertices(self) -> np.ndarray:
-        """Vertices of the scene (L, 3) of each leaf."""
-        return self.scene.faces[self.image.order.triangles]
+        """Points (L, 3) that each leaf is merged from."""
+        return self.faces[self.image.order.triangles]
+
+    @cached_property
+    def margin(self) -> int | None:
+        """Pattern of the margin of boxes, where rounding asks for a larger one than always."""
+        return None
+
+    @cached_property
+    def rounding(self) -> float:
+        """Half ulps of 1 + a ray's largest coordinate by which rounding moves a hit on an axis."""
+        return ROUNDING_ULPS
+
+    def rows(self, frame: int) -> np.ndarray:
+        """Bit patterns (I, 3, 4) of the rows of instances in a frame."""
+        return np.zeros((0, 3, 4), np.int64)
+
+    @property
+    def surface_faces(self) -> np.ndarray:
+        """Vertices of the scene (S, 3) of all surfaces that rays may hit."""
+        return self.leaf_vertices
+
+    def trace(self, bits: np.ndarray, rows: np.ndarray, bounds: np.ndarray, rays: Rays) -> Hits:
+        """What the model makes of rays, with patterns of points, rows and bounds (N, 4)."""
+        image = self.image
+        return trace(
+            self.config.fmt,
+            image.order,
+            bounds,
+            bits[self.leaf_vertices],
+            rays.origins,
+            rays.directions,
+            rays.t_min,
+            rays.t_max,
+            margin=self.margin,
+            instances=instances_of(image, rows),
+            root=image.world - 1,
+        )
+
+    def vertices(self, bits: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """The scene's vertices (V, 3) in float64 where the machine holds them.
+
+        Of bit patterns of points (V, 3) and of rows.
+        """
+        return decode(self.config.fmt, bits)
+
+    def surfaces(self, hits: dict[str, np.ndarray]) -> np.ndarray:
+        """Rows of `surface_faces` (n,) that rays hit, -1 where they hit nothing."""
+        triangle = hits["triangle"]
+        return np.where(triangle == NO_TRIANGLE, -1, triangle)
+
+    def at(self, frame: int) -> "Prepared":
+        """As it is to be in a frame: with other trees, where these have become too dear."""
+        return self
+
+    def points(self, frame: int) -> np.ndarray:
+        """What the leaves are merged from in a frame (V, 3): the vertices of the scene."""
+        return self.scene.pose(frame)
 
     def coordinates(self, frame: int) -> np.ndarray:
-        """Bit patterns (V, 3) of the vertices of a frame, rounded once.
+        """Bit patterns (V, 3) of the points of a frame, rounded once.
 
         Raises
         ------
         InputError
             The format is too narrow: names the frame and the vertex that moves too far.
         """
-        exact = self.scene.pose(frame)
+        exact = self.points(frame)
         bits = encode(self.config.fmt, exact)
         moved = np.abs(decode(self.config.fmt, bits) - exact).max(axis=1)
         vertex = int(moved.argmax())
         if moved[vertex] > COARSEST:
             raise InputError(
                 f"{self.scene.name}: format {self.config.fmt} is too narrow: it moves vertex "
-                f"{vertex} of frame {frame} by {moved[vertex]:.2g} of the scene's half size; use "
-                f"more bits"
+                f"{vertex} of frame {frame} by {moved[vertex]:.2g} of the scene's half size; "
+                f"{ENOUGH} is enough"
             )
         return bits
+
+    def check_updates(self, frame: int):
+        """Refuse to show a frame in which vertices have moved, if the machine updates no tree."""
+        if not self.config.update:
+            raise InputError(
+                f"{self.scene.name}: vertices have moved in frame {frame} and the machine has no "
+                f"update processor: use a configuration with update true, or show one frame alone"
+            )
 
 
 def prepare(
@@ -111,7 +187,8 @@ def prepare(
     begin = perf_counter()
     image = compile_tree(tree, scene.faces, config)
     compile_seconds = perf_counter() - begin
-    check(config, image.instructions, len(image.vertices), image.nodes)
+    if config.update:
+        check(config, image.instructions, len(image.vertices), image.nodes)
     return Prepared(normalised, tree, chosen, image, build_seconds, compile_seconds)
 
 

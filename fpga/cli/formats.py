@@ -12,8 +12,9 @@ from fpga.families import FAMILIES
 from fpga.resources import resources
 from fpga.throughput import BOARD_2006_MHZ
 from fpga.timing import timing
-from hdl.config import CONFIGS, Config
+from hdl.config import Config
 from sim.command import Parser, checked, format_of
+from sim.configuration import config_argument, config_name, read_config
 from sim.console import print_tables, table
 from sim.files import check_writable, write_json
 from sim.study.hardware import FAMILIES as COUNTED
@@ -25,7 +26,7 @@ EXAMPLE = "formats --formats 5,10 7,16 --json hardware.json"
 def arguments(parser: Parser):
     """Options of the command."""
     add = parser.add_argument
-    add("-c", "--config", choices=CONFIGS, default="full", help="%(choices)s; %(default)s")
+    config_argument(parser)
     text = "exponent and mantissa bits; ten from 5,8 to 8,23"
     add("--formats", metavar="E,M", nargs="+", default=FORMATS, help=text)
     text = "those to place and route too, for a clock: half an hour each; none"
@@ -38,7 +39,8 @@ def run(options) -> int:
     """Size, and clock, of a machine in several float formats."""
     check_writable(options.json)
     chosen = dict.fromkeys([*options.formats, *options.clock])
-    configs = {text: _config(options.config, text) for text in chosen}
+    base, name = read_config(options.config), config_name(options.config)
+    configs = {text: _config(base, text) for text in chosen}
     found = {}
     with Console(stderr=True).status("") as status:
         for text, config in configs.items():
@@ -52,7 +54,7 @@ def run(options) -> int:
     rows = [(text, *_shown(sizes)) for text, sizes in found.items()]
     devices = (FAMILIES[family].device for family in COUNTED)
     header = ("format", *(f"{d}: {what}" for d in devices for what in ("LUT", "mult.")), "MHz")
-    print_tables(table(f"The {options.config} machine by float format", rows, header=header))
+    print_tables(table(f"The {name} machine by float format", rows, header=header))
     clocks = [
         sizes["ecp5"]["clock_mhz"] for sizes in found.values() if "clock_mhz" in sizes["ecp5"]
     ]
@@ -65,8 +67,8 @@ def run(options) -> int:
     return 0
 
 
-def _config(name: str, fmt: str) -> Config:
-    return checked(lambda **new: replace(CONFIGS[name], **new), fmt=format_of(fmt))
+def _config(base: Config, fmt: str) -> Config:
+    return checked(lambda **new: replace(base, **new), fmt=format_of(fmt))
 
 
 def _size(config: Config, family: str, step: Callable[[str], None]) -> dict:

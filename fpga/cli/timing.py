@@ -7,8 +7,8 @@ from rich.table import Table
 
 from fpga.throughput import BOARD_2006, figures_of, throughput
 from fpga.timing import AIM, DEVICE, GRADE, UNITS, timing
-from hdl.config import CONFIGS
 from sim.command import Parser
+from sim.configuration import config_argument, config_name, read_config
 from sim.console import print_tables, table
 from sim.errors import InputError
 from sim.files import check_writable, write_json
@@ -28,7 +28,7 @@ TITLES = {
 def arguments(parser: Parser):
     """Options of the command."""
     add = parser.add_argument
-    add("-c", "--config", choices=CONFIGS, default="full", help="%(choices)s; %(default)s")
+    config_argument(parser)
     add("--unit", choices=UNITS, default="core", help="%(choices)s; %(default)s")
     add("--seed", metavar="N", type=int, default=1, help="of place and route; %(default)s")
     text = "what bkd-sim %s --json wrote: adds what this clock makes of its cycles"
@@ -40,11 +40,15 @@ def arguments(parser: Parser):
 def run(options) -> int:
     """Place and route a unit for an ECP5: its clock, and what limits it."""
     check_writable(options.json)
-    config, unit = CONFIGS[options.config], options.unit
+    config, name, unit = read_config(options.config), config_name(options.config), options.unit
+    if not getattr(config, unit, True):
+        raise InputError(f"--unit {unit}: {name} has none; use a configuration with {unit} true")
     for option, does, units in (
         ("update", "updates trees", UPDATES),
         ("render", "casts rays", ("core",)),
     ):
+        if option == "update" and options.update and not config.update:
+            raise InputError(f"--update: {name} updates no tree; leave it out")
         if getattr(options, option) and unit not in units:
             raise InputError(f"--{option}: {unit} alone is not what {does}; take --unit {units[0]}")
     update = figures_of(options.update, "update", "cycles_per_triangle")
@@ -53,11 +57,11 @@ def run(options) -> int:
         found = timing(config, unit, options.seed, status.update)
     rates = throughput(found["fmax_mhz"], update, render) if unit in UPDATES else {}
     print_tables(
-        _summary(f"{unit} of {options.config}", found, options.seed),
+        _summary(f"{unit} of {name}", found, options.seed),
         _path(found["path"]),
         *([_rates(found["fmax_mhz"], rates)] if update or render else []),
     )
-    about = {"config": options.config, "unit": unit, "device": DEVICE, "speed_grade": GRADE}
+    about = {"config": name, "unit": unit, "device": DEVICE, "speed_grade": GRADE}
     about |= {"seed": options.seed, "aim_mhz": AIM} | found
     write_json(options.json, about | {"throughput": rates, "board_2006": BOARD_2006})
     return 0

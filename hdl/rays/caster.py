@@ -28,22 +28,28 @@ and rays of them; entries put on stacks, and taken off; cycles without a packet 
 steps and the waits are the length of the run."""
 
 
-OVERFLOWS = data.StructLayout(dict.fromkeys(("camera", "setup", "planes", "triangles"), 1))
-"""Where finite numbers have become infinite in a run: in the rays of the camera, in what is known
-of a ray before it meets a node, at a plane, or at a triangle."""
+def overflows(config: Config) -> data.StructLayout:
+    """Where finite numbers have become infinite in a run.
+
+    In the rays of the camera, if there is one; in what is known of a ray before it meets a node;
+    at a plane; or at a triangle.
+    """
+    camera = ("camera",) if config.camera else ()
+    return data.StructLayout(dict.fromkeys((*camera, "setup", "planes", "triangles"), 1))
 
 
 def cast_job(config: Config) -> data.StructLayout:
     """Rays, the scene that they meet, and where their hits go.
 
     Hits are a word a ray, in the order of the rays: that in memory, or that of the packets of the
-    image (rows of 2 x 2 pixels, each in the order of rows) where `camera` is set.
+    image (rows of 2 x 2 pixels, each in the order of rows) where `camera` is set. A machine has
+    the fields of what gives it rays, and `camera` if that is both.
     """
     return data.StructLayout({
         "scene": records.scene(config),
-        "camera": 1,
-        "image": image(config),
-        "rays": rays(config),
+        **({"camera": 1} if config.camera and config.source else {}),
+        **({"image": image(config)} if config.camera else {}),
+        **({"rays": rays(config)} if config.source else {}),
         "hits": config.address_bits,
     })
 
@@ -66,9 +72,9 @@ class RayCaster(wiring.Component):
     -------
     i : In(stream of cast_job), taken when all hits have been written
     counters : Out(COUNTERS), of the last job
-    overflows : Out(OVERFLOWS), likewise
+    overflows : Out(overflows), likewise
     nodes, geometry : Out(Reads), of nodes, and of triangles with their vertices
-    rays : Out(Port), reads only
+    rays : Out(Port), reads only; where rays come from memory
     hits : Out(Port), writes only
     """
 
@@ -85,10 +91,10 @@ class RayCaster(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(cast_job(config))),
             "counters": Out(COUNTERS),
-            "overflows": Out(OVERFLOWS),
+            "overflows": Out(overflows(config)),
             "nodes": Out(Reads(config, config.packets)),
             "geometry": Out(Reads(config, 1 << tag(config).size)),
-            "rays": Out(Port(config)),
+            **({"rays": Out(Port(config))} if config.source else {}),
             "hits": Out(Port(config)),
         })
 
@@ -97,8 +103,18 @@ class RayCaster(wiring.Component):
         config = self.config
 
         job = self.i.p
-        m.submodules.camera = camera = Camera(config)
-        m.submodules.source = source = Source(config)
+        givers: list[Camera | Source] = []
+        infinite = {}
+        if config.camera:
+            m.submodules.camera = camera = Camera(config)
+            m.d.comb += camera.i.p.eq(job.image)
+            givers.append(camera)
+            infinite["camera"] = camera.overflow
+        if config.source:
+            m.submodules.source = source = Source(config)
+            m.d.comb += source.i.p.eq(job.rays)
+            wiring.connect(m, wiring.flipped(self.rays), source.port)
+            givers.append(source)
         m.submodules.numbers = numbers = Numbers(config)
         m.submodules.setup = setup = Setup(config)
         m.submodules.traversal = traversal = Traversal(config)
@@ -116,17 +132,18 @@ class RayCaster(wiring.Component):
         wiring.connect(m, tester.o_hits, recorder.i)
         wiring.connect(m, recorder.o_free, numbers.i)
 
-        # Rays come from one of two.
+        # Rays come from one of them.
         giving = Signal()
+        chosen = [job.camera, ~job.camera] if len(givers) == 2 else [Const(1)]
+        for giver, wanted in zip(givers, chosen, strict=True):
+            m.d.comb += [
+                giver.i.valid.eq(giving & wanted),
+                giver.o.ready.eq(setup.i.ready),
+            ]
+        first, last = givers[0], givers[-1]
         m.d.comb += [
-            camera.i.valid.eq(giving & job.camera),
-            camera.i.p.eq(job.image),
-            source.i.valid.eq(giving & ~job.camera),
-            source.i.p.eq(job.rays),
-            setup.i.valid.eq(camera.o.valid | source.o.valid),
-            setup.i.p.eq(Mux(job.camera, camera.o.p, source.o.p)),
-            camera.o.ready.eq(setup.i.ready),
-            source.o.ready.eq(setup.i.ready),
+            setup.i.valid.eq(first.o.valid | last.o.valid),
+            setup.i.p.eq(Mux(chosen[0], first.o.p, last.o.p)),
             recorder.i_begun.valid.eq(next_number.o.valid & next_number.o.ready),
             recorder.i_begun.p.eq(next_number.o.p),
             recorder.base.eq(job.hits),
@@ -153,7 +170,6 @@ class RayCaster(wiring.Component):
             tester.triangles.eq(job.scene.triangles),
             tester.vertices.eq(job.scene.vertices),
         ]
-        wiring.connect(m, wiring.flipped(self.rays), source.port)
         wiring.connect(m, wiring.flipped(self.hits), recorder.port)
 
         # A job begins, and ends when each packet that was given has been written.
@@ -161,11 +177,11 @@ class RayCaster(wiring.Component):
         gives = Signal()
         packets = Signal(32)
         begins = self.i.valid & ~begun
-        given = Mux(job.camera, camera.i.ready, source.i.ready)
+        given = Mux(chosen[0], first.i.ready, last.i.ready)
         written = (recorder.written == packets) & ~self.hits.request.valid
         m.d.sync += [
             self.i.ready.eq(begun & ~giving & written & ~self.i.ready),
-            gives.eq(camera.gives | source.gives),  # known late in its cycle
+            gives.eq(first.gives | last.gives),  # known late in its cycle
             packets.eq(Mux(begins, 0, packets + gives)),
         ]
         with m.If(begins):
@@ -175,10 +191,11 @@ class RayCaster(wiring.Component):
         with m.If(self.i.ready):
             m.d.sync += begun.eq(0)
 
-        units = {"camera": camera, "setup": setup, "planes": traversal, "triangles": tester}
+        units = {"setup": setup, "planes": traversal, "triangles": tester}
+        infinite |= {name: unit.overflow for name, unit in units.items()}
         m.d.sync += [
-            self.overflows[name].eq(~begins & (self.overflows[name] | unit.overflow))
-            for name, unit in units.items()
+            self.overflows[name].eq(~begins & (self.overflows[name] | overflow))
+            for name, overflow in infinite.items()
         ]
 
         m.submodules.census = places = Census(config)

@@ -6,7 +6,6 @@ from amaranth.lib.wiring import In, Out
 
 from hdl import records
 from hdl.config import Config
-from hdl.isa import NODE_BITS
 from hdl.rays.banks import BLOCK_RAM
 from hdl.rays.packet import packet_bits
 
@@ -69,7 +68,7 @@ class Corners(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         packet = packet_bits(config)
-        self.test = data.StructLayout({"packet": packet, "triangle": NODE_BITS})
+        self.test = data.StructLayout({"packet": packet, "triangle": config.pointer_bits})
         super().__init__({
             "triangles": In(config.address_bits),
             "vertices": In(config.address_bits),

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl.config import Config
 from hdl.fp.order import less
 from hdl.isa import NODE_BITS
-from hdl.rays.packet import NO_TRIANGLE, RAYS, hit, numbered, packet_bits
+from hdl.rays.packet import RAYS, hit, numbered, packet_bits
 from hdl.rays.stack import tested
 
 
@@ -17,7 +17,8 @@ def found(config: Config) -> data.StructLayout:
     first, last : of the rays of a packet that are tested; they follow each other
     """
     numbers = dict.fromkeys(("t_min", "t", "u", "v"), config.fmt.layout)
-    return numbered(config, {"first": 1, "last": 1, "triangle": NODE_BITS, "hit": 1, **numbers})
+    triangle = config.pointer_bits
+    return numbered(config, {"first": 1, "last": 1, "triangle": triangle, "hit": 1, **numbers})
 
 
 class Hits(wiring.Component):
@@ -49,7 +50,7 @@ class Hits(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         fmt = config.fmt
-        self.best = data.StructLayout({"t": fmt.layout, "triangle": NODE_BITS})
+        self.best = data.StructLayout({"t": fmt.layout, "triangle": config.pointer_bits})
         self.weights = data.StructLayout({"u": fmt.layout, "v": fmt.layout})
         super().__init__({
             "i_rays": In(stream.Signature(numbered(config, {"t_max": fmt.layout}))),
@@ -63,6 +64,7 @@ class Hits(wiring.Component):
         m = Module()
 
         packets = self.config.packets
+        none = (1 << self.config.pointer_bits) - 1  # above all triangles
         bests = data.ArrayLayout(self.best, RAYS)
         m.submodules.best = best_rows = memory.Memory(shape=bests, depth=packets, init=[])
         m.submodules.weights = weight_rows = memory.Memory(
@@ -118,7 +120,7 @@ class Hits(wiring.Component):
         for new in write.data:
             m.d.comb += [
                 new.t.eq(Mux(better, s2.t, ray.p.t_max)),
-                new.triangle.eq(Mux(better, s2.triangle, NO_TRIANGLE)),
+                new.triangle.eq(Mux(better, s2.triangle, none)),
             ]
 
         # A packet is done: read its row when no test does, then give its hits.
@@ -128,10 +130,11 @@ class Hits(wiring.Component):
             weights.addr.eq(Cat(out.number, out.packet)),
             of.eq(row[out.number]),
             out.hit.t.eq(of.t),
-            out.hit.triangle.eq(of.triangle),
         ]
-        missed = of.triangle == NO_TRIANGLE
+        missed = of.triangle == none
+        upper = NODE_BITS - self.config.pointer_bits
         m.d.comb += [
+            out.hit.triangle.eq(Cat(of.triangle, missed.replicate(upper))),
             out.hit.u.eq(Mux(missed, 0, weights.data.u)),
             out.hit.v.eq(Mux(missed, 0, weights.data.v)),
         ]

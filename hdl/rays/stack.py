@@ -7,7 +7,6 @@ from amaranth.utils import bits_for
 
 from hdl.config import Config
 from hdl.fp.order import less
-from hdl.isa import NODE_BITS
 from hdl.rays.banks import Banks
 from hdl.rays.packet import RAYS, interval, packet_bits
 
@@ -24,7 +23,7 @@ def visit(config: Config) -> data.StructLayout:
         "packet": packet_bits(config),
         "depth": range(config.stack_depth + 1),
         "mask": RAYS,
-        "child": NODE_BITS,
+        "child": config.pointer_bits,
         "is_leaf": 1,
         "intervals": data.ArrayLayout(interval(config.fmt), RAYS),
     })
@@ -84,7 +83,7 @@ class Stack(wiring.Component):
         self.visit = visit(config)
         visits = stream.Signature(self.visit, always_ready=True)
         super().__init__({
-            "root": In(NODE_BITS),
+            "root": In(config.pointer_bits),
             "i_start": In(stream.Signature(start(config))),
             "i_tests": In(stream.Signature(tested(config))),
             "i_pops": In(visits),

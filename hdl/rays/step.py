@@ -7,7 +7,6 @@ from amaranth.lib.wiring import In, Out
 from hdl import records
 from hdl.config import Config
 from hdl.fp.order import less
-from hdl.isa import NODE_BITS
 from hdl.rays.banks import BLOCK_RAM, Banks
 from hdl.rays.packet import RAYS, numbered, packet_bits, slab_ray
 from hdl.rays.planes import Planes
@@ -104,7 +103,7 @@ class Step(wiring.Component):
         m.d.sync += [bounds.eq(node.bounds), bounds2.eq(bounds), rays2.eq(read.data)]
 
         # What is not needed before the planes are done waits in memory.
-        link_layout = data.StructLayout({"pointer": NODE_BITS, "leaves": 2})
+        link_layout = data.StructLayout({"pointer": self.config.pointer_bits, "leaves": 2})
         m.submodules.links = links = memory.Memory(shape=link_layout, depth=packets, init=[])
         m.submodules.visits = visits = Banks(self.visit, packets, BLOCK_RAM)
         write, read = links.write_port(), links.read_port()

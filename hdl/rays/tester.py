@@ -5,7 +5,6 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.isa import NODE_BITS
 from hdl.rays.corners import CORNERS, Corners, read, word
 from hdl.rays.delay import Pipeline
 from hdl.rays.hits import Hits
@@ -65,7 +64,8 @@ class Tester(wiring.Component):
         self.config = config
         self.latency = 4 + Intersect.latency_of(config.fmt) + Hits.latency
         packet = packet_bits(config)
-        test = data.StructLayout({"packet": packet, "triangle": NODE_BITS, "mask": RAYS})
+        triangle = config.pointer_bits
+        test = data.StructLayout({"packet": packet, "triangle": triangle, "mask": RAYS})
         super().__init__({
             "triangles": In(config.address_bits),
             "vertices": In(config.address_bits),
@@ -118,7 +118,8 @@ class Tester(wiring.Component):
         ]
 
         # A test comes: its triangle and mask wait for the corners.
-        waiting = data.StructLayout({"triangle": NODE_BITS, "mask": RAYS})
+        triangle = self.config.pointer_bits
+        waiting = data.StructLayout({"triangle": triangle, "mask": RAYS})
         m.submodules.tests = tests = memory.Memory(shape=waiting, depth=packets, init=[])
         write_test, test = tests.write_port(), tests.read_port(domain="comb")
         m.d.comb += [
@@ -156,7 +157,7 @@ class Tester(wiring.Component):
             ]
 
         # next cycle: read; the one after it: intersect
-        fields = numbered(self.config, {"first": 1, "last": 1, "triangle": NODE_BITS})
+        fields = numbered(self.config, {"first": 1, "last": 1, "triangle": triangle})
         reading, about = (
             Signal(fields, name=stage, reset_less=True) for stage in ("reading", "about")
         )

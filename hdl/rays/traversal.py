@@ -5,7 +5,6 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.isa import NODE_BITS
 from hdl.rays.packet import RAYS, packet_bits
 from hdl.rays.queue import Queue
 from hdl.rays.stack import Stack, start, tested
@@ -60,11 +59,11 @@ class Traversal(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        packet = packet_bits(config)
-        node = data.StructLayout({"packet": packet, "node": NODE_BITS})
-        test = data.StructLayout({"packet": packet, "triangle": NODE_BITS, "mask": RAYS})
+        packet, pointer = packet_bits(config), config.pointer_bits
+        node = data.StructLayout({"packet": packet, "node": pointer})
+        test = data.StructLayout({"packet": packet, "triangle": pointer, "mask": RAYS})
         super().__init__({
-            "root": In(NODE_BITS),
+            "root": In(pointer),
             "clear": In(1),
             "i_setup": In(stream.Signature(setup(config), always_ready=True)),
             "i_start": In(stream.Signature(start(config))),

@@ -5,7 +5,7 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.isa import INSTRUCTION_BITS, LAYOUTS, NODE_BITS, REGISTER_BITS, Opcode
+from hdl.isa import INSTRUCTION_BITS, LAYOUTS, REGISTER_BITS, Opcode
 from hdl.update.interlock import Interlock
 
 
@@ -21,9 +21,12 @@ class Stall(enum.Enum, shape=3):
 
 
 MERGE3 = data.StructLayout({f: REGISTER_BITS for f in ("b", "v0", "v1", "v2")})
-MERGE2 = data.StructLayout(
-    {f: REGISTER_BITS for f in ("b", "b0", "b1")} | {"axis": 2, "node": NODE_BITS}
-)
+
+
+def merge2(config: Config) -> data.StructLayout:
+    """MERGE2, and the node that it writes."""
+    registers = dict.fromkeys(("b", "b0", "b1"), REGISTER_BITS)
+    return data.StructLayout({**registers, "axis": 2, "node": config.pointer_bits})
 
 
 class Issue(wiring.Component):
@@ -70,7 +73,7 @@ class Issue(wiring.Component):
                 stream.Signature(data.StructLayout({f: load[f].shape for f in ("v", "vertex")}))
             ),
             "o_merge3": Out(stream.Signature(MERGE3, always_ready=True)),
-            "o_merge2": Out(stream.Signature(MERGE2, always_ready=True)),
+            "o_merge2": Out(stream.Signature(merge2(config), always_ready=True)),
             "loaded": In(stream.Signature(REGISTER_BITS, always_ready=True)),
             "room": In(1),
             "idle": Out(1),
@@ -89,7 +92,7 @@ class Issue(wiring.Component):
         load, merge3, merge2, set_node = (
             data.View(LAYOUTS[op], word[: LAYOUTS[op].size]) for op in Opcode
         )
-        node = Signal(NODE_BITS)
+        node = Signal(self.config.pointer_bits)
         m.d.comb += [
             self.o_load.p.v.eq(load.v),
             self.o_load.p.vertex.eq(load.vertex),

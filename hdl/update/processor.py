@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl import records
 from hdl.config import Config
-from hdl.isa import INSTRUCTION_BITS, NODE_BITS, REGISTER_BITS
+from hdl.isa import INSTRUCTION_BITS, REGISTER_BITS
 from hdl.memory.arbiter import Arbiter
 from hdl.memory.port import Port, PortInterface
 from hdl.stream import Slice
@@ -108,7 +108,7 @@ class UpdateProcessor(wiring.Component):
             "merge2": 1,
             "b": REGISTER_BITS,
             "axis": issue.o_merge2.p.axis.shape(),
-            "node": NODE_BITS,
+            "node": config.pointer_bits,
         })
         issued = Signal(beside)
         stages = [Signal(beside, name=name) for name in ("reading", "merging", "writing")]

@@ -6,7 +6,6 @@ from amaranth.lib.wiring import In, Out
 
 from hdl import records
 from hdl.config import Config
-from hdl.isa import NODE_BITS
 from hdl.memory.port import Port, PortInterface
 from hdl.stream import Slice
 
@@ -42,13 +41,10 @@ class Writer(wiring.Component):
             raise ValueError(f"slack is 0 to {self.depth - 1}, not {slack}")
         self.config = config
         self.slack = slack
+        node = {"node": config.pointer_bits, "bounds": records.bounds(config.fmt)}
         super().__init__({
             "base": In(config.address_bits),
-            "i": In(
-                stream.Signature(
-                    data.StructLayout({"node": NODE_BITS, "bounds": records.bounds(config.fmt)})
-                )
-            ),
+            "i": In(stream.Signature(data.StructLayout(node))),
             "port": Out(Port(config)),
             "room": Out(1),
             "idle": Out(1),

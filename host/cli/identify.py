@@ -1,7 +1,8 @@
 """`bkd-host identify`."""
 
+from hdl.config import Config
 from host import registers
-from host.cli.parser import board_of
+from host.cli.parser import board_arguments, board_of
 from host.session import Board
 from sim.command import Parser
 from sim.console import print_tables, table
@@ -13,7 +14,7 @@ EXAMPLE = "--port /dev/ttyUSB0 identify"
 
 def arguments(parser: Parser):
     """Options of the command."""
-    parser.add_argument("--format", metavar="E,M", help="refuse a board of other floats")
+    board_arguments(parser)
     json_argument(parser)
 
 
@@ -28,6 +29,19 @@ def run(options) -> int:
     return 0
 
 
+def _units(config: Config) -> list[tuple[str, str]]:
+    """What it has, and what not."""
+    givers = {"a camera": config.camera, "memory": config.source}
+    registers = f"{config.vertex_registers}, {config.box_registers}"
+    return [
+        ("vertex registers, box registers", registers)
+        if config.update
+        else ("update processor", "none: trees stay as they are uploaded"),
+        ("rays come from", " and ".join(name for name, there in givers.items() if there)),
+        ("triangles that have an index", f"{config.most_triangles:,}"),
+    ]
+
+
 def _rows(board: Board, status: registers.Status) -> list[tuple[str, str]]:
     config, values = board.config, board.values
     memory = f"{board.words:,} words of {values['WORD_BITS']} bits"
@@ -38,7 +52,7 @@ def _rows(board: Board, status: registers.Status) -> list[tuple[str, str]]:
         ("floats", f"{config.fmt}: {bits}"),
         ("memory", memory if values["MEMORY_WORDS"] else f"at most {memory}"),
         ("clock", clock),
-        ("vertex registers, box registers", f"{config.vertex_registers}, {config.box_registers}"),
+        *_units(config),
         ("packets of rays in flight", f"{config.packets}"),
         ("levels that a tree can have", f"{config.stack_depth}"),
         ("caches of nodes and of geometry", caches),

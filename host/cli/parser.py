@@ -1,13 +1,16 @@
 """Options that several commands of `bkd-host` share, and what they mean."""
 
+from contextlib import ExitStack
 from dataclasses import replace
 
 from hdl.isa import NODE_BITS
 from host.cli.meter import Meter
 from host.fit import check_soon
 from host.link.port import BAUD, default_port
+from host.registers import check_config
 from host.session import Board
 from sim.command import Parser, format_of
+from sim.configuration import read_config
 from sim.options import scene_arguments, scene_of
 from sim.prepare import Prepared, prepare
 from sim.scene.scene import Scene
@@ -21,17 +24,32 @@ def common(parser: Parser):
 
 
 def board_scene_arguments(parser: Parser):
-    """The scene, and the format that the board is to have."""
+    """The scene, and what the board is to be."""
     scene_arguments(parser)
-    parser.add_argument("--format", metavar="E,M", help="refuse a board of other floats")
+    board_arguments(parser)
+
+
+def board_arguments(parser: Parser):
+    """What the board is to be."""
+    add = parser.add_argument
+    text = "refuse a board of another configuration: a name, or a file"
+    add("-c", "--config", metavar="CONFIG", help=text)
+    add("--format", metavar="E,M", help="refuse a board of other floats")
 
 
 def board_of(options) -> Board:
     """The board that options name."""
     fmt = getattr(options, "format", None)
     wanted = format_of(fmt) if fmt else None
+    text = getattr(options, "config", None)
+    config = read_config(text) if text else None
     port = getattr(options, "port", None) or default_port()
-    return Board.open(port, getattr(options, "baud", BAUD), wanted)
+    with ExitStack() as closed:
+        board = closed.enter_context(Board.open(port, getattr(options, "baud", BAUD), wanted))
+        if config:
+            check_config(board.config, config, board.channel.name)
+        closed.pop_all()
+    return board
 
 
 def prepare_for(board: Board, scene: Scene, options, meter: Meter) -> Prepared:

@@ -23,7 +23,7 @@ class PlayReport:
     """Figures of frames that a board rendered; a list has one entry a frame.
 
     Cycles are of the board. `overflows` counts the runs in which numbers became infinite, by the
-    places of hdl.core.COUNTERS. `seconds` are of all: vertices and jobs to the board, its runs,
+    places of hdl.core.counters. `seconds` are of all: vertices and jobs to the board, its runs,
     hits back, pictures. Bytes are of the line: with headers, and what was sent twice.
     """
 

@@ -2,6 +2,7 @@
 
 from time import perf_counter
 
+from hdl.records import bound_bytes
 from host import parts
 from host.cli.meter import Meter
 from host.cli.parser import board_of, board_scene_arguments, load, prepare_for
@@ -64,7 +65,8 @@ def upload(board: Board, prepared: Prepared, frame: int, meter: Meter) -> float:
 
 
 def upload_bytes(prepared: Prepared) -> int:
-    """Bytes of a scene that travel, vertices among them."""
-    image = prepared.image
+    """Bytes of a scene that travel, vertices among them; bounds too, if the board makes none."""
+    image, fmt = prepared.image, prepared.config.fmt
     constant = sum(part.rows.size for part in parts.constant_parts(image))
-    return constant + len(image.vertices) * parts.vertex_bytes(image.config.fmt)
+    bounds = 0 if prepared.config.update else image.nodes * bound_bytes(fmt)
+    return constant + len(image.vertices) * parts.vertex_bytes(fmt) + bounds

@@ -12,8 +12,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.live import Live
 
-from hdl.config import CONFIGS
 from sim.command import Parser, checked
+from sim.configuration import config_argument, read_config
 from sim.console import progress
 from sim.cosim.board import BAUD, CLOCK_HZ, SimulatedBoard
 from sim.cosim.pump import Pump
@@ -30,7 +30,7 @@ REFRESH = 0.2
 def arguments(parser: Parser):
     """Options of the command."""
     add = parser.add_argument
-    add("-c", "--config", choices=CONFIGS, default="ulx3s", help="the machine; %(default)s")
+    config_argument(parser, default="ulx3s")
     port = parser.add_mutually_exclusive_group()
     port.add_argument("--pty", action="store_true", help="a pseudo-terminal; the default")
     port.add_argument("--tcp", metavar="[HOST:]PORT", help="a TCP port; 0 for one that is free")
@@ -78,7 +78,7 @@ def _simulated(options) -> SimulatedBoard:
         bar.add_task("building the simulator", total=None)
         return checked(
             SimulatedBoard,
-            config=CONFIGS[options.config],
+            config=read_config(options.config),
             words=options.words,
             clock_hz=options.clock * 1e6,
             baud=options.baud or BAUD,

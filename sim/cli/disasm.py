@@ -1,8 +1,9 @@
 """`bkd-sim disasm`."""
 
-from sim.cli.parser import config_of, format_argument
+from sim.cli.parser import config_of, machine_arguments
 from sim.command import Parser
 from sim.compiler.disassemble import disassemble
+from sim.errors import InputError
 from sim.options import scene_arguments, scene_of
 from sim.prepare import prepare
 
@@ -12,12 +13,15 @@ EXAMPLE = "disasm walker | head"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser)
-    format_argument(parser)
+    machine_arguments(parser)
 
 
 def run(options) -> int:
     """Print the program of a scene, an instruction a line."""
-    prepared = prepare(scene_of(options), config_of(options.format), builder=options.builder)
+    config = config_of(options)
+    if not config.update:
+        raise InputError("the machine has no update processor, and so no program: nothing to show")
+    prepared = prepare(scene_of(options), config, builder=options.builder)
     for index, line in enumerate(disassemble(prepared.image.instructions)):
         print(f"{index:8}  {line}")
     return 0

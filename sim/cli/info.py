@@ -1,6 +1,6 @@
 """`bkd-sim info`."""
 
-from sim.cli.parser import config_of, format_argument
+from sim.cli.parser import config_of, machine_arguments
 from sim.command import Parser
 from sim.console import conclude, progress
 from sim.files import check_writable
@@ -14,7 +14,7 @@ EXAMPLE = "info Fox.glb --animation Run"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser)
-    format_argument(parser)
+    machine_arguments(parser)
     parser.add_argument("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all")
     json_argument(parser)
 
@@ -22,7 +22,7 @@ def arguments(parser: Parser):
 def run(options) -> int:
     """Describe a scene, its tree, its program and where they lie in memory."""
     check_writable(options.json)
-    config = config_of(options.format)
+    config = config_of(options)
     with progress() as bar:
         task = bar.add_task("reading the scene", total=None)
         scene = scene_of(options)

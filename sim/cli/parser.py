@@ -4,9 +4,12 @@ from dataclasses import replace
 
 from hdl.config import FULL, Config
 from sim.command import Parser, checked, format_of
-from sim.compiler.rays import check_rays
+from sim.compiler.rays import check_ray_format
+from sim.configuration import config_argument, read_config
 from sim.cosim.machine import Timing
+from sim.divide.divided import divide
 from sim.errors import InputError
+from sim.prepare import prepare
 
 BANK_LATENCY = 2
 """Cycles of a bank on the chip: one for the address, one for the word."""
@@ -19,50 +22,69 @@ def format_argument(parser: Parser):
     )
 
 
+def machine_arguments(parser: Parser):
+    """The machine, and its floats if they are others."""
+    config_argument(parser)
+    text = "bits of a float, in place of those of CONFIG; full: 7,16"
+    parser.add_argument("--format", metavar="E,M", help=text)
+
+
 def timing_arguments(parser: Parser):
     """How the memory behaves."""
     add = parser.add_argument
-    add("--latency", metavar="N", type=int, default=32, help="of memory, in cycles; %(default)s")
+    text = "of memory, in cycles; those that CONFIG hides, full: 32"
+    add("--latency", metavar="N", type=int, help=text)
     add("--stalls", metavar="P", type=float, default=0.0, help="share of cycles memory stalls; 0")
     add("--seed", metavar="N", type=int, default=1, help="of the stalls; %(default)s")
 
 
 def memory_arguments(parser: Parser):
-    """The memory of the ray path, and how large what hides it is."""
+    """The memory of the ray path, and how large what hides it is, in place of CONFIG's."""
     add = parser.add_argument
-    text = "behind caches, or in banks on the chip; %(default)s"
-    add("--memory", choices=("dram", "banks"), default="dram", help=text)
-    add("--cache", metavar="N", type=int, default=2048, help="words of each of two; %(default)s")
-    add("--stack", metavar="N", type=int, default=32, help="levels of the tree; %(default)s")
+    text = "behind caches, or in banks on the chip; full: dram"
+    add("--memory", choices=("dram", "banks"), help=text)
+    add("--cache", metavar="N", type=int, help="words of each of two; full: 2048")
+    add("--stack", metavar="N", type=int, help="levels of the tree; full: 32")
     timing_arguments(parser)
 
 
-def timing_of(options) -> Timing:
-    """The memory that options describe."""
-    return checked(Timing, latency=options.latency, stalls=options.stalls, seed=options.seed)
+def divide_argument(parser: Parser):
+    """How the scene is compiled."""
+    text = "part by part: nothing is done for what is still; what moves as a whole is an instance"
+    parser.add_argument("--divide", action="store_true", help=text)
 
 
-def ray_timing_of(options) -> Timing:
-    """The memory of the ray path that options describe; banks have a latency of their own."""
-    timing = timing_of(options)
-    return replace(timing, latency=BANK_LATENCY) if options.memory == "banks" else timing
+def compiler_of(options):
+    """What compiles a scene: sim.prepare.prepare, or sim.divide.divided.divide."""
+    return divide if options.divide else prepare
 
 
-def ray_config_of(options, fmt: str) -> Config:
-    """The machine for that memory."""
-    banks = options.memory == "banks"
-    if not banks and options.cache < 2:
-        raise InputError(f"--cache {options.cache}: a cache has 2 words at least, or use banks")
-    config = config_of(
-        fmt,
-        latency=ray_timing_of(options).latency,
-        cache_words=0 if banks else options.cache,
-        stack_depth=options.stack,
-    )
-    check_rays(config.fmt)
+def timing_of(options, config: Config) -> Timing:
+    """The memory that options describe; a machine hides its latency."""
+    return checked(Timing, latency=config.latency, stalls=options.stalls, seed=options.seed)
+
+
+def config_of(options, **changes) -> Config:
+    """The machine that options describe; `changes` that are None change nothing."""
+    fmt = {"fmt": format_of(options.format)} if getattr(options, "format", None) else {}
+    given = {name: value for name, value in changes.items() if value is not None}
+    base = read_config(options.config or "full")
+    return checked(lambda **new: replace(base, **new), **fmt, **given)
+
+
+def ray_config_of(options) -> Config:
+    """The machine that options describe, with its memory of the ray path."""
+    config = _ray_config_of(options)
+    check_ray_format(config.fmt)
     return config
 
 
-def config_of(fmt: str, **changes) -> Config:
-    """The full machine, with another format and other parameters."""
-    return checked(lambda **new: replace(FULL, **new), fmt=format_of(fmt), **changes)
+def _ray_config_of(options) -> Config:
+    words, cache = config_of(options).cache_words, options.cache
+    if options.memory == "banks":
+        return config_of(options, latency=BANK_LATENCY, cache_words=0, stack_depth=options.stack)
+    if cache is not None and cache < 2:
+        raise InputError(f"--cache {cache}: a cache has 2 words at least, or use banks")
+    if cache is None and options.memory and not words:
+        cache = FULL.cache_words
+    return config_of(options, latency=options.latency, cache_words=cache, stack_depth=options.stack)

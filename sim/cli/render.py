@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sim.cli.parser import format_argument, memory_arguments, ray_config_of, ray_timing_of
+from sim.cli.parser import machine_arguments, memory_arguments, ray_config_of, timing_of
 from sim.command import Parser, size_of
 from sim.console import conclude, progress
 from sim.errors import InputError
@@ -31,7 +31,7 @@ SIZE = "512x386"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser, default="walker")
-    format_argument(parser)
+    machine_arguments(parser)
     add = parser.add_argument
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", metavar="K", help="one frame; that a third of the way")
@@ -48,7 +48,8 @@ def run(options) -> int:
     """Animate, update and cast rays in the Verilog, check every bit, and write a picture."""
     width, height = size_of(options.size, SIZE)
     check_camera(options.camera)
-    timing, config = ray_timing_of(options), ray_config_of(options, options.format)
+    config = ray_config_of(options)
+    timing = timing_of(options, config)
     out = picture_of(options)
     check_writable(options.json, out, options.record)
     if options.record and options.record.suffix != ".npz":

@@ -1,10 +1,13 @@
 """`bkd-sim replay`."""
 
+from dataclasses import replace
 from pathlib import Path
 
-from sim.cli.parser import memory_arguments, ray_config_of, ray_timing_of
+from sim.cli.parser import memory_arguments, ray_config_of, timing_of
 from sim.command import Parser
+from sim.configuration import config_argument
 from sim.console import conclude, progress
+from sim.errors import InputError
 from sim.files import check_writable
 from sim.options import json_argument
 from sim.report.recording import load
@@ -18,6 +21,7 @@ def arguments(parser: Parser):
     """Options of the command."""
     text = "written by bkd-sim render --record"
     parser.add_argument("recording", metavar="RAYS.npz", type=Path, help=text)
+    config_argument(parser, default=None)
     memory_arguments(parser)
     json_argument(parser)
 
@@ -25,12 +29,17 @@ def arguments(parser: Parser):
 def run(options) -> int:
     """Trace recorded rays again, by Verilog, model and float64 oracle; sort what differs."""
     check_writable(options.json)
-    timing = ray_timing_of(options)
+    config = ray_config_of(options)
+    timing = timing_of(options, config)
     with progress() as bar:
         task = bar.add_task("reading the rays", total=None)
         recording = load(options.recording)
-        form = f"{recording.fmt.exp_bits},{recording.fmt.man_bits}"
-        prepared = recording.prepare(ray_config_of(options, form))
+        if options.config and config.fmt != recording.fmt:
+            raise InputError(
+                f"{options.recording}: its floats are {recording.fmt} and those of "
+                f"{options.config} are {config.fmt}: use one whose fmt is {recording.fmt}"
+            )
+        prepared = recording.prepare(replace(config, fmt=recording.fmt))
         bar.update(task, total=len(recording.rays.t_min))
         report = measure_replay(
             recording,

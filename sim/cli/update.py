@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sim.cli.parser import config_of, format_argument, timing_arguments, timing_of
+from sim.cli.parser import config_of, machine_arguments, timing_arguments, timing_of
 from sim.command import Parser
 from sim.console import conclude, progress
 from sim.errors import InputError
@@ -18,7 +18,7 @@ EXAMPLE = "update walker:80k --frames 0:4 --json walker.json"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser)
-    format_argument(parser)
+    machine_arguments(parser)
     timing_arguments(parser)
     add = parser.add_argument
     add("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all")
@@ -28,13 +28,13 @@ def arguments(parser: Parser):
 
 def run(options) -> int:
     """Update the tree for every frame in the Verilog, and check every bit against the model."""
-    timing = timing_of(options)
     if options.waves and options.waves.suffix != ".fst":
         raise InputError(
             f"{options.waves}: waves are written as FST; name a file that ends in .fst"
         )
     check_writable(options.json, options.waves)
-    config = config_of(options.format, latency=options.latency)
+    config = config_of(options, latency=options.latency)
+    timing = timing_of(options, config)
     with progress() as bar:
         task = bar.add_task("reading the scene", total=None)
 

@@ -3,10 +3,10 @@
 import numpy as np
 
 from hdl.config import Config
-from hdl.isa import VERTEX_BITS
+from hdl.isa import REGISTER_BITS, VERTEX_BITS
 from sim.compiler.allocate import allocate
 from sim.compiler.image import Image
-from sim.compiler.order import order
+from sim.compiler.order import Order, order
 from sim.compiler.schedule import schedule
 from sim.errors import InputError
 from sim.tree.tree import Tree
@@ -14,6 +14,8 @@ from sim.tree.tree import Tree
 
 def compile_tree(tree: Tree, faces: np.ndarray, config: Config) -> Image:
     """Image and program of a tree over a mesh, in linear time.
+
+    Without an update processor the program is empty.
 
     Parameters
     ----------
@@ -27,17 +29,36 @@ def compile_tree(tree: Tree, faces: np.ndarray, config: Config) -> Image:
         The configuration has too few box registers, address or index bits for the scene.
     """
     faces = np.ascontiguousarray(faces, np.int32)
-    ordered = order(tree, faces, config.box_registers)
+    # No tree needs more box registers than an instruction names.
+    ordered = order(tree, faces, config.box_registers if config.update else 1 << REGISTER_BITS)
+    _check_pointers(ordered, config)
     corners = faces[ordered.triangles]
-    loads = allocate(corners, config.vertex_registers, config.lead)
+    if not config.update:
+        vertices, record = _records(corners.ravel())
+        return Image(config, ordered, np.zeros(0, np.uint32), vertices, record[corners])
 
-    # Vertices in the order of their first load.
-    vertices, first = np.unique(loads.vertex, return_index=True)
-    vertices = vertices[np.argsort(first)]
+    loads = allocate(corners, config.vertex_registers, config.lead)
+    vertices, record = _records(loads.vertex)
     if len(vertices) > 1 << VERTEX_BITS:
         raise InputError(f"{len(vertices)} vertices; an instruction addresses {1 << VERTEX_BITS}")
-    record = np.empty(int(corners.max()) + 1, np.int32)
-    record[vertices] = np.arange(len(vertices))
-
     instructions = schedule(ordered, loads, record[loads.vertex], config)
     return Image(config, ordered, instructions, vertices, record[corners])
+
+
+def _check_pointers(order: Order, config: Config):
+    triangles = len(order.triangles)
+    if triangles > config.most_triangles:
+        raise InputError(
+            f"the scene has {triangles} triangles and the configuration has indices for "
+            f"{config.most_triangles}: pointer_bits is {config.pointer_bits} and has to be "
+            f"{triangles.bit_length()}"
+        )
+
+
+def _records(uses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices in the order of their first use, and the place of each in that."""
+    vertices, first = np.unique(uses, return_index=True)
+    vertices = vertices[np.argsort(first)]
+    record = np.empty(int(vertices.max()) + 1, np.int32)
+    record[vertices] = np.arange(len(vertices))
+    return vertices, record

@@ -16,7 +16,8 @@ class Image:
     """A compiled scene, in memory words of (limbs,) uint32, the lowest limb first.
 
     The program lies at word 0; vertices, triangles and nodes follow. Vertices and bounds change
-    with every frame, the rest is constant.
+    with every frame, the rest is constant. For a machine that does not update trees there is no
+    program, and bounds are written with the vertices.
 
     Attributes
     ----------
@@ -25,7 +26,7 @@ class Image:
         Of the nodes, and of the leaves and so the triangle records.
     instructions : (n,) uint32
     vertices : (V,) int32
-        The scene's vertex in each vertex record, in the order of the first loads.
+        The scene's vertex in each vertex record, in the order in which triangles use them.
     corners : (T, 3) int32
         Vertex records of each triangle record.
     """
@@ -45,7 +46,8 @@ class Image:
         if words > limit:
             raise InputError(
                 f"the scene takes {words} memory words and the configuration addresses {limit}: "
-                f"use one with more address bits"
+                f"address_bits is {self.config.address_bits} and has to be "
+                f"{(words - 1).bit_length()}"
             )
 
     @property

@@ -59,7 +59,7 @@ def order(tree: Tree, faces: np.ndarray, box_registers: int) -> Order:
         node = int(beyond[leaves[beyond].argmin()])
         raise InputError(
             f"the subtree of node {node} ({leaves[node]} triangles) needs {need[node]} box "
-            f"registers and there are {box_registers}: use a configuration with more"
+            f"registers: box_registers is {box_registers} and has to be {need[0]}"
         )
     spare = max(int(need[0]), box_registers // 2)  # the rest is for leaves that are hoisted
     right_first, boxes = sequence(children, faces, need, leaves, spare)

@@ -112,6 +112,44 @@ def image_fields(config: Config, view: View) -> dict:
     return {**vectors, **pixels, **limits}
 
 
+def camera_fields(config: Config, view: View) -> dict:
+    """Fields of hdl.rays.caster.cast_job for the rays of a camera.
+
+    Raises
+    ------
+    InputError
+        The machine has no camera.
+    """
+    check_rays(config, camera=True)
+    return {**({"camera": 1} if config.source else {}), "image": image_fields(config, view)}
+
+
+def memory_fields(config: Config, address: int, packets: int) -> dict:
+    """Fields of hdl.rays.caster.cast_job for packets of rays that lie in memory.
+
+    Raises
+    ------
+    InputError
+        The machine reads no rays.
+    """
+    check_rays(config, source=True)
+    rays = {"rays": {"address": address, "packets": packets}}
+    return {**({"camera": 0} if config.camera else {}), **rays}
+
+
+def check_rays(config: Config, *, camera: bool = False, source: bool = False):
+    """Refuse rays of a camera, or from memory, where the machine has not what gives them."""
+    if camera and not config.camera:
+        raise InputError(
+            "the machine has no camera to make these rays: use a configuration with camera true"
+        )
+    if source and not config.source:
+        raise InputError(
+            "the machine reads no rays from memory, as shadows and recordings need it: use a "
+            "configuration with source true"
+        )
+
+
 def ray_words(
     config: Config,
     origins: np.ndarray,

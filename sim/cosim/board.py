@@ -6,8 +6,8 @@ from pathlib import Path
 
 from hdl.board import Board
 from hdl.config import Config
+from hdl.identification import Surroundings
 from hdl.linked import LinkedCore
-from hdl.registers import Surroundings
 from sim.cosim import verilate
 from sim.cosim.board_bench import LINE_MODEL, BoardBench, DirectBench, DirectBoard, PinsBench
 from sim.cosim.chip_memory import CHIP_MEMORY, ChipMemory

@@ -8,7 +8,14 @@ import numpy as np
 
 from hdl.core import Core
 from hdl.rays.packet import RAYS
-from sim.compiler.rays import View, hits_of, image_fields, ray_words, scene_fields
+from sim.compiler.rays import (
+    View,
+    camera_fields,
+    hits_of,
+    memory_fields,
+    ray_words,
+    scene_fields,
+)
 from sim.cosim.machine import Machine, Timing
 from sim.errors import InputError
 from sim.model.rays.camera import Rays
@@ -37,7 +44,7 @@ class Cast:
 
 
 class Stage:
-    """A scene on a core, in the pose of its first frame. A context manager, as its machine is.
+    """A scene on a core, with vertices and bounds of a frame. A context manager, as its machine is.
 
     Parameters
     ----------
@@ -48,6 +55,8 @@ class Stage:
         Of the memory.
     waves : Path, optional
         FST file.
+    frame : int, optional
+        The first, if it is not said.
 
     Attributes
     ----------
@@ -66,19 +75,26 @@ class Stage:
         The simulator fails.
     """
 
-    def __init__(self, prepared: Prepared, rays: int, timing: Timing, waves: Path | None = None):
+    def __init__(
+        self,
+        prepared: Prepared,
+        rays: int,
+        timing: Timing,
+        waves: Path | None = None,
+        frame: int | None = None,
+    ):
         image, held = prepared.image, prepared.config.stack_depth
         levels = depth(prepared.tree)
         if levels > held:
             raise InputError(
-                f"{prepared.scene.name}: its tree has {levels} levels and a stack holds {held}; "
-                f"use --stack {levels}"
+                f"{prepared.scene.name}: its tree has {levels} levels and a stack holds {held}: "
+                f"stack_depth has to be {levels}; use --stack {levels}"
             )
         self.prepared = prepared
         self.memory = image.constant_words()
-        self._pose(prepared.coordinates(prepared.frames[0]))
+        self._pose(prepared.coordinates(prepared.frames[0] if frame is None else frame))
         self._rays_at = image.size
-        self._hits_at = image.size + 2 * rays
+        self._hits_at = image.size + (2 * rays if prepared.config.source else 0)
         image.check_fits(self._hits_at + rays)
         self.machine = Machine(
             prepared.config, self._hits_at + rays, timing, waves=waves, unit=Core
@@ -99,10 +115,17 @@ class Stage:
         self.memory[image.nodes_at :] = image.node_words(self.bounds)
 
     def show(self, frame: int) -> dict | None:
-        """Update to the pose of a frame. The core's counters; None where no vertex has moved."""
+        """Update to the pose of a frame. The core's counters; None where no vertex has moved.
+
+        Raises
+        ------
+        InputError
+            A vertex has moved, and the machine does not update trees.
+        """
         bits = self.prepared.coordinates(frame)
         if (bits == self.bits).all():
             return None
+        self.prepared.check_updates(frame)
         self._pose(bits)
         image = self.prepared.image
         vertices = self.memory[image.vertices_at : image.triangles_at]
@@ -127,8 +150,7 @@ class Stage:
         sim.model.rays.traversal.
         """
         count = RAYS * view.packets
-        fields = {"camera": 1, "image": image_fields(self.prepared.config, view)}
-        return self._cast(fields, count, tick, margin)
+        return self._cast(camera_fields(self.prepared.config, view), count, tick, margin)
 
     def cast(
         self,
@@ -138,9 +160,9 @@ class Stage:
     ) -> Cast:
         """Cast rays from memory, a multiple of 4; as `look`."""
         config, count = self.prepared.config, len(rays.t_min)
+        fields = memory_fields(config, self._rays_at, count // RAYS)
         words = ray_words(config, rays.origins, rays.directions, rays.t_min, rays.t_max)
         self.machine.write(self._rays_at, words)
-        fields = {"camera": 0, "rays": {"address": self._rays_at, "packets": count // RAYS}}
         return self._cast(fields, count, tick, margin)
 
     def _cast(
@@ -149,7 +171,6 @@ class Stage:
         timing = self.machine.timing
         slow = WORST * (1 + timing.latency / 32) / (1 - timing.stalls) ** 2
         job = {
-            "program": {"length": 0},
             "casts": 1,
             "cast": {
                 "scene": scene_fields(self.prepared.image, margin),

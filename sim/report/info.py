@@ -79,6 +79,10 @@ def info_tables(figures: dict) -> list[Table]:
     return [
         table(figures["scene"], mesh),
         table("Tree", tree),
-        table("Program", program, header=("", "instructions", "a triangle")),
+        *(
+            [table("Program", program, header=("", "instructions", "a triangle"))]
+            if program
+            else []
+        ),
         table("Memory", memory, header=("", f"words of {figures['word_bits']} bits", "bytes")),
     ]

@@ -44,7 +44,7 @@ class Pass:
         Hit records and counters that are not the model's.
     shown : list of str
     overflows : dict
-        For each place of hdl.rays.caster.OVERFLOWS, if finite numbers became infinite there.
+        For each place of hdl.rays.caster.overflows, if finite numbers became infinite there.
     oracle : Taxonomy
     model_seconds : float
     """
@@ -87,8 +87,9 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
     shown += [f"{name} {key}: {counters[key]}, not {traced.counters[key]}" for key in off]
 
     places = {"camera": rays.overflow, **traced.overflows}
-    overflows = {name: bool(cast.counters["overflows"][name]) for name in places}
-    wrongly = [name for name in places if overflows[name] != places[name]]
+    counted = cast.counters["overflows"]
+    overflows = {name: bool(counted[name]) for name in places if name in counted}
+    wrongly = [name for name in overflows if overflows[name] != places[name]]
     shown += [f"{name} overflow: {overflows[name]}, not {places[name]}" for name in wrongly]
 
     taxonomy = judge(stage, rays, cast.hits)

@@ -8,6 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
+from sim.compiler.rays import check_rays
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Cast, Stage
 from sim.model.fp.format import decode
@@ -98,7 +99,8 @@ def measure_render(
     """Render frames in the Verilog; compare every hit and all of the scene's memory.
 
     In memory are the vertices and bounds of the first frame that was prepared: a frame is updated
-    if its vertices are not those in memory.
+    if its vertices are not those in memory. A machine that updates no tree begins with those of
+    the first frame that it renders.
 
     Parameters
     ----------
@@ -121,6 +123,7 @@ def measure_render(
         The configuration is too small for the scene.
     """
     config = prepared.config
+    check_rays(config, camera=True, source=lamp is not None)
     report = RenderReport(
         scene=prepared.scene.name,
         triangles=len(prepared.scene.faces),
@@ -133,8 +136,9 @@ def measure_render(
     )
     view = view_of(config.fmt, camera)
     rays = pixels.camera_rays(config.fmt, view)
+    first = None if config.update else _only_pose(prepared, frames)
     watch.step("building the simulator")
-    with Stage(prepared, len(rays.pixels), timing) as stage:
+    with Stage(prepared, len(rays.pixels), timing, frame=first) as stage:
         run = _Run(report, stage, watch, len(frames) * (1 if lamp is None else 2))
         for frame in frames:
             run.update(frame)
@@ -150,6 +154,15 @@ def measure_render(
             watch.paint(seen, lit)
     run.sum()
     return report
+
+
+def _only_pose(prepared: Prepared, frames: range) -> int:
+    """The first of frames that a machine without update processor can show: all are alike."""
+    bits = prepared.coordinates(frames[0])
+    for frame in frames[1:]:
+        if (prepared.coordinates(frame) != bits).any():
+            prepared.check_updates(frame)
+    return frames[0]
 
 
 class _Run:
@@ -211,7 +224,8 @@ class _Run:
         report.model_mismatches += sum(p.mismatches for p in passes)
         shown = [line for p in passes for line in p.shown]
         report.mismatches_shown = [*shown, *report.mismatches_shown][:SHOWN]
-        report.overflows = {"update": self.infinite} | total([p.overflows for p in passes])
+        infinite = {"update": self.infinite} if self.stage.prepared.config.update else {}
+        report.overflows = infinite | total([p.overflows for p in passes])
         report.oracle = oracle_figures([p.oracle for p in passes])
         report.cache = {kind: total([p.cache[kind] for p in passes]) for kind in passes[0].cache}
         report.update_cycles = self.update_counters.total()

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from time import perf_counter
 
+from sim.compiler.rays import check_rays
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Stage
 from sim.prepare import Prepared
@@ -53,6 +54,7 @@ def measure_replay(
         The simulator fails.
     """
     config, rays = prepared.config, recording.rays
+    check_rays(config, source=True)
     step("building the simulator")
     with Stage(prepared, len(rays.t_min), timing) as stage:
         step("simulating")

@@ -80,8 +80,9 @@ def measure_update(
     SimulationError
         The simulator fails.
     InputError
-        The format is too narrow for a frame.
+        The format is too narrow for a frame, or the machine updates no tree.
     """
+    prepared.check_updates(prepared.frames[-1])
     image, faces = prepared.image, prepared.scene.faces
     triangles, loads = len(faces), int((image.instructions & 3 == 0).sum())
     report = UpdateReport(

@@ -1,12 +1,14 @@
 """fpga.resources: counts by unit, and the command."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from fpga import resources
 from fpga.families import FAMILIES, RESOURCES
 from hdl.config import TINY
+from sim.configuration import write_config
 
 CELLS = {
     "update": "$scopeinfo",
@@ -62,6 +64,30 @@ def test_the_command_prints_and_writes(synthesised, run, tmp_path):
     assert figures["units"]["core"]["LUT"] == 10 and figures["device"] == "ECP5-85F"
 
 
+def test_two_machines_side_by_side(synthesised, run, monkeypatch, tmp_path):
+    """What one of them has not is a dash."""
+    file, still = tmp_path / "r.json", tmp_path / "still.json"
+    write_config(still, replace(TINY, update=False), {})
+    few = {name: kind for name, kind in CELLS.items() if not name.startswith("update.")}
+    few = {name: kind for name, kind in few.items() if name != "update"}
+    monkeypatch.setattr(
+        resources, "_synthesise", lambda text, _: few if "update=False" in text else CELLS
+    )
+    arguments = ["-c", still, "--against", "tiny", "--json", file]
+    code, out, _ = run("bkd-fpga", "resources", *arguments)
+    assert code == 0 and max(map(len, out.split("\n"))) <= 80
+    row = next(line.split() for line in out.split("\n") if line.split()[:1] == ["update"])
+    assert row == ["update", "-", "9", "-", "-", "0", "-"]
+    core = next(line.split() for line in out.split("\n") if line.split()[:1] == ["core"])
+    assert core == ["core", "1", "10", "10%", "1", "1", "100%"]
+    figures = json.loads(file.read_text())
+    assert (figures["config"], figures["against"]) == ("still", "tiny")
+    assert (
+        figures["ratios"]["core"]["LUT"] == 0.1 and figures["ratios"]["core.update"]["LUT"] is None
+    )
+    assert "core.update" in figures["against_units"] and "core.update" not in figures["units"]
+
+
 def test_a_core_that_does_not_fit_fails(synthesised, run, monkeypatch):
     many = CELLS | {f"x_{k}": "LUT4" for k in range(90_000)}
     monkeypatch.setattr(resources, "_synthesise", lambda *_: many)
@@ -73,6 +99,7 @@ def test_a_core_that_does_not_fit_fails(synthesised, run, monkeypatch):
     ("arguments", "words"),
     [
         (["-c", "huge"], ["huge", "tiny", "small", "full"]),
+        (["--against", "huge"], ["huge", "tiny", "small", "full"]),
         (["--family", "xc9"], ["xc9", "xc4v", "ecp5"]),
         (["--json", "no/such/r.json"], ["no/such/r.json"]),
     ],

@@ -1,6 +1,7 @@
 """hdl.control, as Verilog: its registers, and runs of a core that the test plays."""
 
 import random
+from dataclasses import replace
 
 import cocotb
 import pytest
@@ -10,16 +11,15 @@ from hdl.config import FULL, TINY, Config
 from hdl.control import Control
 from hdl.core import frame_job
 from hdl.fp.format import FloatFormat
+from hdl.identification import Surroundings, config_of
 from hdl.registers import (
     BYTES,
     CONTROL,
-    COUNTED,
     STATUS,
     Access,
     Outcome,
     Register,
-    Surroundings,
-    config_of,
+    counted,
     registers,
 )
 from tests.harness import run_cocotb
@@ -27,6 +27,7 @@ from tests.payloads import leaves
 from tests.streams import now, start
 
 AROUND = Surroundings(words=3000, clock_hz=50_000_000)
+COUNTED = counted(TINY)
 REGISTERS = {register.name: register for register in registers(TINY, AROUND)}
 START, STOP, INTERRUPT = (
     CONTROL.const({name: 1}).as_bits() for name in ("start", "stop", "interrupt")
@@ -201,6 +202,36 @@ def test_offsets_do_not_move():
         "LINK_FRAMING_ERRORS": 0x300,
     }
     assert known.items() <= found.items() and len(found) == 14 + 3 + 29 + 26 + 4
+
+
+LESS = [
+    {"update": False},
+    {"camera": False},
+    {"source": False, "pointer_bits": 9},
+    {"update": False, "camera": False, "pointer_bits": 2},
+]
+
+
+@pytest.mark.parametrize("less", LESS, ids=str)
+def test_what_is_left_out_leaves_its_place(less):
+    """All other registers are where the full machine has them; UNITS says what is not."""
+    config = replace(TINY, **less)
+    whole, found = ({r.name: r for r in registers(c)} for c in (TINY, config))
+    gone = sorted(whole.keys() - found)
+    parts = {
+        "update": ("JOB_PROGRAM_", "COUNT_UPDATE_", "COUNT_OVERFLOWS_UPDATE", "VERTEX_R", "BOX_R"),
+        "camera": ("JOB_CAST_CAMERA", "JOB_CAST_IMAGE_", "COUNT_OVERFLOWS_CAMERA"),
+        "source": ("JOB_CAST_CAMERA", "JOB_CAST_RAYS_"),
+    }
+    names = tuple(name for unit in parts if less.get(unit) is False for name in parts[unit])
+    assert gone == sorted(name for name in whole if name.startswith(names))
+    assert found.keys() - whole == {"UNITS"} and found["UNITS"].offset == 0x38
+    assert all(found[name].offset == whole[name].offset for name in found if name in whole)
+    bits = config.pointer_bits
+    assert found["JOB_CAST_SCENE_ROOT"].width == bits
+    assert config_of({r.name: r.value for r in found.values()}) == (
+        config if config.update else replace(config, vertex_registers=64, box_registers=64)
+    )
 
 
 @pytest.mark.parametrize("config", [TINY, FULL, Config(FloatFormat(8, 23))])

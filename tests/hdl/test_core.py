@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from hdl.config import FULL, Config
-from hdl.core import Core
+from hdl.core import Core, counters
 from hdl.fp.format import FloatFormat
-from hdl.rays.caster import OVERFLOWS
 from sim.compiler.rays import (
     HIT_FIELDS,
     View,
+    camera_fields,
     hit_words,
     hits_of,
-    image_fields,
+    memory_fields,
     ray_words,
     scene_fields,
 )
@@ -83,10 +83,14 @@ class Checked:
         )
         self.memory[: self.image.size] = self.image.constant_words()
         machine.write(0, self.memory)
-        self.overflows = dict.fromkeys(("update", *OVERFLOWS.members), False)
+        places = counters(self.config)["overflows"].shape
+        self.overflows = dict.fromkeys(places.members, False)
 
     def pose(self, frame: int, infinite: int = 0):
-        """Vertices of a frame, some of them infinite; the bounds in memory stay."""
+        """Vertices of a frame, some of them infinite; the bounds in memory stay.
+
+        Where nothing updates them, they are written too.
+        """
         image = self.image
         self.bits = self.prepared.coordinates(frame)
         of = self.rng.integers(len(self.bits), size=infinite)
@@ -94,6 +98,13 @@ class Checked:
         self.memory[image.vertices_at : image.triangles_at] = image.vertex_words(self.bits)
         vertices = self.memory[image.vertices_at : image.triangles_at]
         self.machine.write(image.vertices_at, vertices)
+        if not self.config.update:
+            self.bounds = refit(self.config.fmt, image.order, self._corners())
+            self.memory[image.nodes_at : image.size] = image.node_words(self.bounds)
+            self.machine.write(image.nodes_at, self.memory[image.nodes_at : image.size])
+
+    def _corners(self) -> np.ndarray:
+        return self.bits[self.prepared.leaf_vertices]
 
     def run(
         self, *, updates: bool, casts: dict | None, rays=(), beyond: bool = False
@@ -103,14 +114,15 @@ class Checked:
         `beyond` says that numbers became infinite in the camera.
         """
         image, config, memory = self.image, self.config, self.memory
-        corners = self.bits[self.prepared.leaf_vertices]
+        corners = self._corners()
         if updates:
             self.overflows["update"] = bool(np.isinf(decode(config.fmt, self.bits)).any())
             self.bounds = refit(config.fmt, image.order, corners)
             memory[image.nodes_at : image.size] = image.node_words(self.bounds)
+        program = {"program": {"address": 0, "length": len(image.instructions)}}
         counters = self.machine.run(
             {
-                "program": {"address": 0, "length": len(image.instructions) if updates else 0},
+                **(program if updates else {}),
                 "casts": casts is not None,
                 "cast": {"scene": scene_fields(image), "hits": self.hits_at, **(casts or {})},
             },
@@ -120,7 +132,8 @@ class Checked:
         if rays:
             expected = trace(config.fmt, image.order, self.bounds, corners, *rays)
             triangles = expected.triangle
-            self.overflows |= {"camera": beyond, **expected.overflows}
+            infinite = {"camera": beyond, **expected.overflows}
+            self.overflows |= {k: infinite[k] for k in infinite if k in self.overflows}
             columns = {field: getattr(expected, field) for field in HIT_FIELDS}
             memory[self.hits_at : self.hits_at + len(triangles)] = hit_words(config, columns)
             found = {key: counters["cast"][key] for key in ("packets", *COUNTED)}
@@ -142,7 +155,7 @@ class Checked:
         words = ray_words(self.config, *rays)
         self.memory[self.rays_at : self.rays_at + len(words)] = words
         self.machine.write(self.rays_at, words)
-        casts = {"camera": 0, "rays": {"address": self.rays_at, "packets": len(rays[0]) // 4}}
+        casts = memory_fields(self.config, self.rays_at, len(rays[0]) // 4)
         return self.run(updates=updates, casts=casts, rays=rays)[1]
 
     def look(self, view: View, *, updates: bool = False) -> np.ndarray:
@@ -150,7 +163,7 @@ class Checked:
         vectors = view.origin, view.corner, view.right, view.down
         limits = view.t_min, view.t_max
         rays = camera(self.config.fmt, *vectors, view.width, view.height, *limits)
-        casts = {"camera": 1, "image": image_fields(self.config, view)}
+        casts = camera_fields(self.config, view)
         columns = (np.ascontiguousarray(rays.origins), rays.directions, rays.t_min, rays.t_max)
         return self.run(updates=updates, casts=casts, rays=columns, beyond=rays.overflow)[1]
 
@@ -230,7 +243,7 @@ def test_its_cycles_are_steps_and_waits(rng):
             words = ray_words(config, *rays)
             checked.memory[checked.rays_at : checked.rays_at + len(words)] = words
             machine.write(checked.rays_at, words)
-            casts = {"camera": 0, "rays": {"address": checked.rays_at, "packets": count // 4}}
+            casts = memory_fields(config, checked.rays_at, count // 4)
             counters, _ = checked.run(updates=False, casts=casts, rays=rays)
             waits = counters["cast"]["waits"]
             cycles.append(counters["cast"]["steps"] + sum(waits.values()))

@@ -12,10 +12,11 @@ import pytest
 from cocotb.triggers import RisingEdge
 
 from hdl.config import TINY
+from hdl.identification import Surroundings
 from hdl.link.protocol import BODY_BYTES, VERSION, Kind
 from hdl.linked import LinkedCore
 from hdl.records import word_bits
-from hdl.registers import CONTROL, STATUS, Outcome, Surroundings, registers
+from hdl.registers import CONTROL, STATUS, Outcome, registers
 from sim.cosim.verilate import simulator
 from sim.prepare import prepare
 from sim.scene.load import load_scene

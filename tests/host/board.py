@@ -12,9 +12,10 @@ import numpy as np
 from cobs import cobs
 
 from hdl.config import Config
+from hdl.identification import Surroundings
 from hdl.link.protocol import BODY_BYTES, MAGIC, VERSION, Kind, Reason
 from hdl.records import word_bits
-from hdl.registers import CONTROL_AT, Access, Outcome, Surroundings, registers
+from hdl.registers import CONTROL_AT, Access, Outcome, registers
 from tests.host.machine import run
 
 CONTROL, STATUS, CYCLES = (CONTROL_AT // 4 + k for k in range(3))

@@ -25,7 +25,7 @@ def run(config: Config, memory: np.ndarray, job: dict[str, int]) -> dict[str, in
     """Run a job on memory (words, bytes) uint8; the counters, by the names of registers."""
     words = memory.view("<u4")
     counts: dict[str, int] = {}
-    if job["program.length"]:
+    if job.get("program.length"):
         _update(config, words, job)
         counts["COUNT_UPDATE_INSTRUCTIONS"] = job["program.length"]
     if job["casts"]:
@@ -87,7 +87,7 @@ def _cast(config: Config, words: np.ndarray, job: dict[str, int]) -> tuple[dict,
         for name in ("origin", "corner", "right", "down")
     )
     numbers = (image[name] for name in ("width", "height", "t_min", "t_max", "top"))
-    assert job["cast.camera"]
+    assert job.get("cast.camera", config.camera)
     rays = camera(config.fmt, *vectors, *numbers)
     hits = trace(
         config.fmt,

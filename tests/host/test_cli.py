@@ -286,6 +286,16 @@ def test_boards_that_are_too_small(case, run, small):
         assert all(text in err for text in said), err
 
 
+def test_identify_refuses_another_configuration(run, model):
+    with Terminal(model.receive) as terminal:
+        for name, said in (("ulx3s", None), ("full", "vertex_registers is 32, not 64")):
+            arguments = ["--port", terminal.path, "identify", "-c", name]
+            code, out, err = run("bkd-host", *arguments)
+            assert code == (2 if said else 0) and (said or "") in err
+        err = fails(run, terminal.path, "identify", "-c", "none.json")
+        assert "none.json: no such configuration; give tiny" in err
+
+
 BAD = {
     "frame": (["render", "--frame", "9"], ["--frame 9", "0 to 3"]),
     "frames": (["play", "--frames", "2:9"], ["--frames 2:9", "0 to 3"]),

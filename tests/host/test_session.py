@@ -26,7 +26,7 @@ from sim.report.pixels import camera_rays
 from sim.scene.load import load_scene
 from sim.scene.scene import Scene
 from tests.host.board import FOREVER, BoardModel
-from tests.host.conftest import on, view
+from tests.host.conftest import SCENE, on, view
 from tests.host.pipes import Tcp, Terminal
 
 
@@ -42,6 +42,10 @@ def hits_by_model(prepared, frame: int, seen) -> dict[str, np.ndarray]:
 
 def agree(found, expected) -> bool:
     return all((found[name] == expected[name]).all() for name in HIT_FIELDS)
+
+
+STILL = replace(ULX3S, update=False, source=False, pointer_bits=10)
+"""A machine that updates no tree, and makes rays by its camera only."""
 
 
 @pytest.mark.parametrize("config", [ULX3S, FULL, TINY, replace(FULL, fmt=FloatFormat(8, 23))])
@@ -197,6 +201,43 @@ def test_what_does_not_fit_is_named_with_numbers(prepared):
     other = on(BoardModel(replace(ULX3S, fmt=FloatFormat(6, 10)), 1 << 12))
     with pytest.raises(InputError, match="floats of 7,16 and the board's are 6,10"):
         other.upload(prepared)
+
+
+def test_a_board_without_update_processor(compiled):
+    """The host writes the bounds of the frame that is uploaded; others are refused."""
+    scene = load_scene(SCENE)
+    model = BoardModel(STILL, 1 << 12)
+    board = on(model)
+    assert board.config == replace(STILL, vertex_registers=64, box_registers=64)
+    prepared = prepare(scene, board.config)
+    moved = []
+    for frame in (0, 8):
+        board.upload(prepared, frame, moved.append)
+        hits = board.render(view(prepared))
+        assert agree(hits, hits_by_model(prepared, frame, view(prepared)))
+        assert board.show(frame) is None
+        with pytest.raises(InputError, match=r"moved in frame 3 .* no update processor"):
+            board.show(3)
+        assert agree(board.render(view(prepared)), hits)
+    image = prepared.image
+    constant, vertices = 12 * len(image.corners) + 4 * image.nodes, 9 * len(image.vertices)
+    assert sum(moved) == 2 * (constant + vertices + 12 * image.nodes) and not image.vertices_at
+    counters = board.counters()
+    assert "update" not in counters and set(counters["overflows"]) >= {"camera", "setup"}
+    assert counters["cast"]["packets"] and "source" not in counters["overflows"]
+
+
+def test_what_a_board_has_not_is_refused(prepared, compiled):
+    few = on(BoardModel(replace(ULX3S, pointer_bits=8), 1 << 12))
+    with pytest.raises(InputError, match="428 triangles .* 255: pointer_bits is 8 .* be 9"):
+        few.upload(prepared)
+    still = prepare(load_scene(SCENE), replace(ULX3S, update=False))
+    with pytest.raises(InputError, match="compiled without a program"):
+        on(BoardModel(ULX3S, 1 << 12)).upload(still)
+    blind = on(BoardModel(replace(ULX3S, camera=False), 1 << 12))
+    blind.upload(prepared)
+    with pytest.raises(InputError, match="no camera .* camera true"):
+        blind.render(view(prepared))
 
 
 def test_a_run_takes_its_time(model, prepared):

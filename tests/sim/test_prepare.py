@@ -106,7 +106,7 @@ def test_format_too_narrow_names_frame_and_vertex():
     assert moved.max() > COARSEST
     assert str(caught.value) == (
         f"sphere: format 2,1 is too narrow: it moves vertex {moved.argmax()} of frame 1 by "
-        f"{moved.max():.2g} of the scene's half size; use more bits"
+        f"{moved.max():.2g} of the scene's half size; 4,2 is enough"
     )
 
 
@@ -153,7 +153,7 @@ def test_frames_that_there_are_not(frames):
 
 
 def test_a_machine_too_small():
-    with pytest.raises(InputError, match="use one with more address bits"):
+    with pytest.raises(InputError, match="address_bits is 4 and has to be"):
         prepare(moving(), replace(FULL, address_bits=4))
     with pytest.raises(InputError, match="box registers"):
         prepare(moving(), replace(FULL, box_registers=2))

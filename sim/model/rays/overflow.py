@@ -1,4 +1,4 @@
-"""Where finite numbers have become infinite: flags that stay, as in hdl.rays.caster.OVERFLOWS."""
+"""Where finite numbers have become infinite: flags that stay, as in hdl.rays.caster.overflows."""
 
 import numpy as np
 from numba import njit
