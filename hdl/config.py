@@ -33,6 +33,8 @@ class Config:
         There is an update processor. Without one, trees stay as they are.
     camera, source : bool
         Rays come from the camera, and from memory. One of them at least.
+    instances : bool
+        Leaves of a tree may be instances of objects, which have trees of their own.
     pointer_bits : int
         Bits of the index of a node or a triangle inside the machine; those in memory have 28. The
         highest index stands for no triangle. 2 to 28.
@@ -54,6 +56,7 @@ class Config:
     update: bool = True
     camera: bool = True
     source: bool = True
+    instances: bool = False
     pointer_bits: int = NODE_BITS
 
     box_latency: ClassVar[int] = 2
@@ -131,6 +134,9 @@ ULX3S = Config(
 )
 """For memory on the chip of an ECP5-85F."""
 
+TWO_LEVEL = Config(instances=True)
+"""The full machine, and instances of objects."""
+
 KC705 = Config(
     latency=3,
     address_bits=15,  # 32,768 words: 256 of the 890 block RAMs of 18 kbit of a Kintex-7 325T
@@ -151,6 +157,7 @@ CONFIGS = {
     "tiny": TINY,
     "small": SMALL,
     "full": FULL,
+    "two-level": TWO_LEVEL,
     "ulx3s": ULX3S,
     "kc705": KC705,
     "adm-xrc-4lx": ADM_XRC_4LX,

@@ -13,9 +13,13 @@ MAGIC = int.from_bytes(b"BKDT", "big")
 VERSION = 3
 """Of the register map."""
 
-UNITS = data.StructLayout({"no_update": 1, "no_camera": 1, "no_source": 1, "less_pointer_bits": 5})
-"""What a machine has less than the full one. Where that is nothing there is no such register, and
-a host that asks for it reads 0."""
+UNITS = data.StructLayout({
+    **dict.fromkeys(("no_update", "no_camera", "no_source"), 1),
+    "less_pointer_bits": 5,
+    "instances": 1,
+})
+"""What a machine has less than the full one, or more. Where that is nothing there is no such
+register, and a host that asks for it reads 0."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ def identification(
         "LATENCY": (config.latency, "cycles of a memory read that it hides"),
         "MEMORY_WORDS": (around.words, "that there are, or 0 if unknown"),
         "CLOCK_HZ": (around.clock_hz, "of the machine, or 0 if unknown"),
-        "UNITS": (_units(config), "that the full machine has and this one has not"),
+        "UNITS": (_units(config), "by which it is another than the full machine"),
     }
     places = {name: (k, *of) for k, (name, of) in enumerate(constants.items())}
     for name in _missing(places["UNITS"][1]):
@@ -69,6 +73,7 @@ def _units(config: Config) -> int:
     return UNITS.const({
         **less,
         "less_pointer_bits": FULL.pointer_bits - config.pointer_bits,
+        "instances": config.instances,
     }).as_bits()
 
 
@@ -97,4 +102,5 @@ def config_of(values: Mapping[str, int]) -> Config:
         **numbers,
         **{unit: not less[f"no_{unit}"] for unit in ("update", "camera", "source")},
         pointer_bits=FULL.pointer_bits - less["less_pointer_bits"],
+        instances=bool(less["instances"]),
     )

@@ -66,8 +66,30 @@ def box(fmt: FloatFormat) -> data.StructLayout:
     return data.StructLayout({"lo": vertex(fmt), "hi": vertex(fmt)})
 
 
-TRIANGLE = data.StructLayout({"v0": INDEX_BITS, "v1": INDEX_BITS, "v2": INDEX_BITS})
-"""Vertex indices of a triangle, one a word, in its lowest bits."""
+TRIANGLE = data.StructLayout({
+    **dict.fromkeys(("v0", "v1", "v2"), INDEX_BITS),
+    "is_instance": 1,
+})
+"""A leaf, one a word, in its lowest bits: vertex indices of a triangle, or of the rows of an
+instance."""
+
+
+def row(fmt: FloatFormat) -> data.FlexibleLayout:
+    """One word: a row of the matrix that takes points of the world into an object's frame.
+
+    x, y, z and offset in the lowest bits; in that of x also the root of the object's tree, where
+    a node has its pointer. Rows lie among vertices.
+    """
+    return data.FlexibleLayout(
+        word_bits(fmt),
+        {
+            "x": data.Field(fmt.layout, 0),
+            "y": data.Field(fmt.layout, fmt.bits),
+            "z": data.Field(fmt.layout, 2 * fmt.bits),
+            "offset": data.Field(fmt.layout, 3 * fmt.bits),
+            "root": node(fmt)["pointer"],
+        },
+    )
 
 
 def scene(config: Config) -> data.StructLayout:

@@ -238,7 +238,11 @@ class Board:
     def _hits(self, view: View, progress: Progress) -> dict[str, np.ndarray]:
         """The hits of a run: their triangles, and the rest of those that are there."""
         fmt, at = self.config.fmt, self._on_board().image.size
-        head, size, count = parts.hit_head_bytes(fmt), parts.hit_bytes(fmt), RAYS * view.packets
+        head, size, count = (
+            parts.hit_head_bytes(self.config),
+            parts.hit_bytes(self.config),
+            RAYS * view.packets,
+        )
         rows = np.zeros((count, size), np.uint8)
         rows[:, head:] = self.read(at, count, head, size - head, progress)
         hits = hits_of(self.config, parts.words_of(rows, self._limbs))

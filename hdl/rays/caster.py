@@ -12,10 +12,12 @@ from hdl.rays.camera import Camera, image
 from hdl.rays.census import Census
 from hdl.rays.corners import tag
 from hdl.rays.numbers import Numbers
+from hdl.rays.packet import level, packet_bits
 from hdl.rays.recorder import Recorder
 from hdl.rays.setup import Setup
 from hdl.rays.source import Source, rays
 from hdl.rays.tester import Tester
+from hdl.rays.transform import Transform
 from hdl.rays.traversal import Traversal
 from hdl.stream import Slice
 
@@ -23,19 +25,21 @@ COUNTERS = data.StructLayout({
     **dict.fromkeys(("packets", "steps", "tests", "ray_tests", "pushes", "pops"), 32),
     "waits": census.COUNTERS,
 })
-"""Of a run: packets whose hits are in memory; packets at nodes, each a cycle; packets at triangles,
-and rays of them; entries put on stacks, and taken off; cycles without a packet at a node. The
-steps and the waits are the length of the run."""
+"""Of a run: packets whose hits are in memory; packets at nodes, each a cycle; packets at leaves,
+and rays of them at triangles; entries put on stacks, and taken off; cycles without a packet at a
+node. The steps and the waits are the length of the run."""
 
 
 def overflows(config: Config) -> data.StructLayout:
     """Where finite numbers have become infinite in a run.
 
     In the rays of the camera, if there is one; in what is known of a ray before it meets a node;
-    at a plane; or at a triangle.
+    at a plane; at a triangle; or in a ray as an instance sees it, if there are any.
     """
     camera = ("camera",) if config.camera else ()
-    return data.StructLayout(dict.fromkeys((*camera, "setup", "planes", "triangles"), 1))
+    transform = ("transform",) if config.instances else ()
+    places = (*camera, "setup", "planes", "triangles", *transform)
+    return data.StructLayout(dict.fromkeys(places, 1))
 
 
 def cast_job(config: Config) -> data.StructLayout:
@@ -54,6 +58,11 @@ def cast_job(config: Config) -> data.StructLayout:
     })
 
 
+def node_tags(config: Config) -> int:
+    """Tags of nodes: a packet, and where there are instances its level."""
+    return 2 << packet_bits(config) if config.instances else config.packets
+
+
 class RayCaster(wiring.Component):
     """Finds the first hit of each ray of a job. What it reads must not change meanwhile.
 
@@ -63,6 +72,8 @@ class RayCaster(wiring.Component):
                               │        ▲ │ ▲
                               └─► tester ◄─┘ ◄──► geometry
                                     └─► recorder
+
+    A packet at an instance goes from the tester through the transformation unit back to setup.
 
     Parameters
     ----------
@@ -92,7 +103,7 @@ class RayCaster(wiring.Component):
             "i": In(stream.Signature(cast_job(config))),
             "counters": Out(COUNTERS),
             "overflows": Out(overflows(config)),
-            "nodes": Out(Reads(config, config.packets)),
+            "nodes": Out(Reads(config, node_tags(config))),
             "geometry": Out(Reads(config, 1 << tag(config).size)),
             **({"rays": Out(Port(config))} if config.source else {}),
             "hits": Out(Port(config)),
@@ -131,6 +142,14 @@ class RayCaster(wiring.Component):
         wiring.connect(m, traversal.o_done, tester.i_done)
         wiring.connect(m, tester.o_hits, recorder.i)
         wiring.connect(m, recorder.o_free, numbers.i)
+        enters = Const(0)
+        if config.instances:
+            m.submodules.transform = transform = Transform(config)
+            wiring.connect(m, setup.o_world, transform.i_world)
+            wiring.connect(m, tester.o_entries, transform.i)
+            wiring.connect(m, transform.o, setup.i_entering)
+            infinite["transform"] = transform.overflow
+            enters = traversal.i_start.p.enters
 
         # Rays come from one of them.
         giving = Signal()
@@ -150,13 +169,14 @@ class RayCaster(wiring.Component):
         ]
 
         # Nodes and geometry come in any order, each with the tag that it was asked with.
+        tagged = ("packet", *level(config))
         m.d.comb += [
             self.nodes.request.valid.eq(traversal.o_nodes.valid),
-            self.nodes.request.p.tag.eq(traversal.o_nodes.p.packet),
+            self.nodes.request.p.tag.eq(Cat(traversal.o_nodes.p[name] for name in tagged)),
             self.nodes.request.p.address.eq(job.scene.nodes + traversal.o_nodes.p.node),
             traversal.o_nodes.ready.eq(self.nodes.request.ready),
             traversal.i_nodes.valid.eq(self.nodes.response.valid),
-            traversal.i_nodes.p.packet.eq(self.nodes.response.p.tag),
+            Cat(traversal.i_nodes.p[name] for name in tagged).eq(self.nodes.response.p.tag),
             traversal.i_nodes.p.word.as_value().eq(self.nodes.response.p.word),
             self.geometry.request.valid.eq(tester.o_reads.valid),
             self.geometry.request.p.tag.eq(tester.o_reads.p.tag.as_value()),
@@ -198,16 +218,19 @@ class RayCaster(wiring.Component):
             for name, overflow in infinite.items()
         ]
 
+        starts = traversal.i_start.valid & traversal.i_start.ready
+        tests = traversal.i_tests.valid & traversal.i_tests.ready
         m.submodules.census = places = Census(config)
         m.d.comb += [
             *(unit.clear.eq(begins) for unit in (recorder, traversal, tester, places)),
             places.counts.eq(begun),
-            places.started.eq(traversal.i_start.valid & traversal.i_start.ready),
+            places.started.eq(starts & ~enters),
             places.done.eq(traversal.o_done.valid & traversal.o_done.ready),
             places.asks_node.eq(self.nodes.request.valid & self.nodes.request.ready),
             places.has_node.eq(self.nodes.response.valid),
             places.asks_test.eq(traversal.o_tests.valid & traversal.o_tests.ready),
-            places.has_test.eq(traversal.i_tests.valid & traversal.i_tests.ready),
+            places.has_test.eq(tests),
+            places.has_entered.eq(starts & enters),
             self.counters.packets.eq(recorder.written),
             self.counters.ray_tests.eq(tester.counters.ray_tests),
             self.counters.waits.eq(places.counters),

@@ -39,6 +39,7 @@ class Census(wiring.Component):
     clear : In(1), counters start again
     started, done : In(1), a packet enters the loop, and leaves it for good
     asks_node, has_node, asks_test, has_test : In(1), a packet leaves the loop for a while
+    has_entered : In(1), it comes back from a leaf that was an instance
     counters : Out(COUNTERS), of all but the last cycle
     """
 
@@ -50,11 +51,13 @@ class Census(wiring.Component):
     has_node: Signal
     asks_test: Signal
     has_test: Signal
+    has_entered: Signal
     counters: data.View
 
     def __init__(self, config: Config):
         self.config = config
-        events = "started", "done", "asks_node", "has_node", "asks_test", "has_test"
+        events = ("started", "done", "asks_node", "has_node", "asks_test", "has_test")
+        events += ("has_entered",)
         super().__init__({
             **dict.fromkeys(("counts", "clear", *events), In(1)),
             "counters": Out(COUNTERS),
@@ -69,7 +72,7 @@ class Census(wiring.Component):
         )
         m.d.sync += [
             nodes.eq(nodes + self.asks_node - self.has_node),
-            tests.eq(tests + self.asks_test - self.has_test),
+            tests.eq(tests + self.asks_test - self.has_test - self.has_entered),
             walking.eq(walking + self.started - self.done),
         ]
         loop, rays = (Signal.like(walking, name=name) for name in ("loop", "rays"))

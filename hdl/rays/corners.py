@@ -29,13 +29,15 @@ def word(config: Config) -> data.StructLayout:
     return data.StructLayout({"tag": tag(config), "word": records.word_bits(config.fmt)})
 
 
-def corners(config: Config) -> data.StructLayout:
-    """The corners of a triangle."""
-    return data.StructLayout(dict.fromkeys(CORNERS, records.vertex(config.fmt)))
+def corner(config: Config) -> data.StructLayout:
+    """What of a word is kept: a vertex, or where there are instances a row of one."""
+    fmt = config.fmt.layout
+    numbers = ("x", "y", "z", "offset") if config.instances else ("x", "y", "z")
+    return data.StructLayout(dict.fromkeys(numbers, fmt))
 
 
 class Corners(wiring.Component):
-    """Reads a triangle's record and then its vertices, for as many packets as there are.
+    """Reads a leaf's record and then its vertices or rows, for as many packets as there are.
 
     A triangle takes four words; one word a cycle. A word asks for the next one 2 cycles later; a
     packet is given two cycles after its last word. One packet has one triangle at most, until it
@@ -51,9 +53,11 @@ class Corners(wiring.Component):
     i : In(stream of {packet, triangle})
     o_reads : Out(stream of {tag, address})
     i_words : In(stream of {tag, word}), in any order, taken at once
-    o : Out(stream of packets), as their corners are there
+    o : Out(stream of packets) at a triangle, as their corners are there
     packet : In(packet)
-    corners : Out(corners), of the packet one cycle ago
+    corners : Out(corner by name), of the packet one cycle ago
+    o_instances : Out(stream of packets) at an instance, as its rows are there; if there are any
+    root : Out(pointer), of the packet one cycle ago; likewise
     """
 
     triangles: Signal
@@ -64,6 +68,8 @@ class Corners(wiring.Component):
     o: stream.Interface
     packet: Signal
     corners: data.View
+    o_instances: stream.Interface
+    root: Signal
 
     def __init__(self, config: Config):
         self.config = config
@@ -77,7 +83,15 @@ class Corners(wiring.Component):
             "i_words": In(stream.Signature(word(config), always_ready=True)),
             "o": Out(stream.Signature(packet)),
             "packet": In(packet),
-            "corners": Out(corners(config)),
+            "corners": Out(data.StructLayout(dict.fromkeys(CORNERS, corner(config)))),
+            **(
+                {
+                    "o_instances": Out(stream.Signature(packet)),
+                    "root": Out(config.pointer_bits),
+                }
+                if config.instances
+                else {}
+            ),
         })
 
     def elaborate(self, platform):
@@ -133,21 +147,49 @@ class Corners(wiring.Component):
             ready.w_en.eq(complete),
             ready.w_data.eq(packet),
         ]
+        if self.config.instances:
+            self._instances(m, complete, packet, ready.w_en)
         with m.If(is_corner):
             m.d.sync += there[word.tag.packet].bit_select(word.tag.part, 1).eq(1)
         with m.If(complete):
             m.d.sync += there[packet].eq(0)
-        for index, corner in enumerate(CORNERS):
-            kept = memory.Memory(
-                shape=records.vertex(self.config.fmt), depth=packets, init=[], attrs=BLOCK_RAM
-            )
-            m.submodules[corner] = kept
+        for index, name in enumerate(CORNERS):
+            kept = memory.Memory(shape=corner(self.config), depth=packets, init=[], attrs=BLOCK_RAM)
+            m.submodules[name] = kept
             write, of = kept.write_port(), kept.read_port()
             m.d.comb += [
                 write.en.eq(self.i_words.valid & (word.tag.part == index)),
                 write.addr.eq(word.tag.packet),
                 write.data.eq(word.word),
                 of.addr.eq(self.packet),
-                self.corners[corner].eq(of.data),
+                self.corners[name].eq(of.data),
             ]
         return m
+
+    def _instances(self, m: Module, complete: Value, packet: Value, triangle: Value):
+        """Packets at instances go another way, and there are roots."""
+        word, packets = self.i_words.p, self.config.packets
+        record = data.View(records.TRIANGLE, word.word[: records.TRIANGLE.size])
+        row = data.View(records.row(self.config.fmt), word.word)
+        at_instance = Signal(packets)
+        with m.If(self.i_words.valid & (word.tag.part == RECORD)):
+            m.d.sync += at_instance.bit_select(word.tag.packet, 1).eq(record.is_instance)
+        m.submodules.instances = ready = fifo.SyncFIFO(width=len(packet), depth=packets)
+        m.submodules.roots = roots = memory.Memory(
+            shape=self.config.pointer_bits, depth=packets, init=[]
+        )
+        write, read = roots.write_port(), roots.read_port()
+        here = at_instance.bit_select(packet, 1)
+        m.d.comb += [
+            triangle.eq(complete & ~here),
+            ready.w_en.eq(complete & here),
+            ready.w_data.eq(packet),
+            self.o_instances.valid.eq(ready.r_rdy),
+            self.o_instances.p.eq(ready.r_data),
+            ready.r_en.eq(self.o_instances.ready),
+            write.en.eq(self.i_words.valid & (word.tag.part == 0)),
+            write.addr.eq(word.tag.packet),
+            write.data.eq(row.root),
+            read.addr.eq(self.packet),
+            self.root.eq(read.data),
+        ]

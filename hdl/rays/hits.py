@@ -1,5 +1,7 @@
 """The hit records of all packets."""
 
+from collections.abc import Iterable
+
 from amaranth import *
 from amaranth.lib import data, fifo, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -17,14 +19,21 @@ def found(config: Config) -> data.StructLayout:
     first, last : of the rays of a packet that are tested; they follow each other
     """
     numbers = dict.fromkeys(("t_min", "t", "u", "v"), config.fmt.layout)
-    triangle = config.pointer_bits
-    return numbered(config, {"first": 1, "last": 1, "triangle": triangle, "hit": 1, **numbers})
+    flags = dict.fromkeys(("first", "last", "hit"), 1)
+    return numbered(config, {**flags, **surface(config), **numbers})
+
+
+def surface(config: Config) -> dict[str, int]:
+    """What a ray hits, the lowest first: a triangle, and the instance that it is in."""
+    names = ("triangle", "instance") if config.instances else ("triangle",)
+    return dict.fromkeys(names, config.pointer_bits)
 
 
 class Hits(wiring.Component):
     """Keeps the first hit of each ray, and gives the hits of packets that are done.
 
-    A hit counts if t_min <= t and t is less than the best t so far or, if equal, the triangle is.
+    A hit counts if t_min <= t and t is less than the best t so far or, if equal, the triangle is;
+    where there are instances that in the lower instance, and one in none after all of these.
     One a cycle; an answer takes `latency` cycles. The hits of a packet take 9 cycles.
 
     Parameters
@@ -50,14 +59,14 @@ class Hits(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         fmt = config.fmt
-        self.best = data.StructLayout({"t": fmt.layout, "triangle": config.pointer_bits})
+        self.best = data.StructLayout({"t": fmt.layout, **surface(config)})
         self.weights = data.StructLayout({"u": fmt.layout, "v": fmt.layout})
         super().__init__({
             "i_rays": In(stream.Signature(numbered(config, {"t_max": fmt.layout}))),
             "i": In(stream.Signature(found(config), always_ready=True)),
             "o_tests": Out(stream.Signature(tested(config))),
             "i_done": In(stream.Signature(packet_bits(config))),
-            "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(fmt)}))),
+            "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(config)}))),
         })
 
     def elaborate(self, platform):
@@ -82,7 +91,8 @@ class Hits(wiring.Component):
         s2, s2_valid, better = Signal(found(self.config), reset_less=True), Signal(), Signal()
         old = Signal(self.best)
         m.d.comb += old.eq(best.data[s1.number])
-        tie = (s1.t.as_value() == old.t.as_value()) & (s1.triangle < old.triangle)
+        names = surface(self.config)
+        tie = (s1.t.as_value() == old.t.as_value()) & (_joined(s1, names) < _joined(old, names))
         m.d.sync += [
             s2.eq(s1),
             s2_valid.eq(s1_valid),
@@ -120,7 +130,7 @@ class Hits(wiring.Component):
         for new in write.data:
             m.d.comb += [
                 new.t.eq(Mux(better, s2.t, ray.p.t_max)),
-                new.triangle.eq(Mux(better, s2.triangle, none)),
+                *(new[name].eq(Mux(better, s2[name], none)) for name in names),
             ]
 
         # A packet is done: read its row when no test does, then give its hits.
@@ -134,7 +144,10 @@ class Hits(wiring.Component):
         missed = of.triangle == none
         upper = NODE_BITS - self.config.pointer_bits
         m.d.comb += [
-            out.hit.triangle.eq(Cat(of.triangle, missed.replicate(upper))),
+            *(
+                out.hit[name].eq(Cat(of[name], (of[name] == none).replicate(upper)))
+                for name in names
+            ),
             out.hit.u.eq(Mux(missed, 0, weights.data.u)),
             out.hit.v.eq(Mux(missed, 0, weights.data.v)),
         ]
@@ -155,3 +168,8 @@ class Hits(wiring.Component):
         with m.If(given):
             m.d.sync += [self.o_hits.valid.eq(0), number.eq(number + 1), busy.eq(~last)]
         return m
+
+
+def _joined(view: data.View, names: Iterable[str]) -> Value:
+    """Fields as one number, the lowest first."""
+    return Cat(view[name] for name in names)

@@ -14,7 +14,7 @@ RAYS = 4
 AXES = "xyz"
 
 NO_TRIANGLE = (1 << NODE_BITS) - 1
-"""The triangle of a ray that hits nothing: above all others."""
+"""The triangle of a ray that hits nothing, and the instance of none: above all others."""
 
 MARGIN_ULPS = 32
 """Half ulps of the largest distance that boxes grow by.
@@ -99,14 +99,19 @@ def interval(fmt: FloatFormat) -> data.StructLayout:
     return data.StructLayout({"near": fmt.layout, "far": fmt.layout})
 
 
-def hit(fmt: FloatFormat) -> data.StructLayout:
+def hit(config: Config) -> data.StructLayout:
     """The first hit of a ray, one word in memory, in its lowest bits.
 
-    u and v weigh the triangle's vertices 1 and 2. Without a hit: t_max, 0, 0, NO_TRIANGLE.
+    u and v weigh the triangle's vertices 1 and 2. Without a hit: t_max, 0, 0, NO_TRIANGLE. Where
+    there are instances, `instance` is the leaf of that which the triangle is in; NO_TRIANGLE if it
+    is in none.
     """
     return data.StructLayout({
-        "t": fmt.layout,
-        "u": fmt.layout,
-        "v": fmt.layout,
-        "triangle": NODE_BITS,
+        **dict.fromkeys(("t", "u", "v"), config.fmt.layout),
+        **dict.fromkeys(("triangle", *(["instance"] if config.instances else [])), NODE_BITS),
     })
+
+
+def level(config: Config) -> dict[str, int]:
+    """A field where there are instances: 0 in the tree of the world, 1 in that of an object."""
+    return {"level": 1} if config.instances else {}

@@ -1,7 +1,7 @@
 """What of a ray is computed once, before it meets a node."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
@@ -12,7 +12,7 @@ from hdl.fp.recip import Recip, RecipBounds
 from hdl.rays import step
 from hdl.rays.axes import pick, turn, vector
 from hdl.rays.delay import Pipeline, Timed
-from hdl.rays.packet import AXES, RAYS, packet_bits, ray
+from hdl.rays.packet import AXES, RAYS, numbered, packet_bits, ray
 from hdl.rays.stack import start
 from hdl.rays.tester import tester_ray
 from hdl.stream import Landing
@@ -23,11 +23,17 @@ def setup_ray(config: Config) -> data.StructLayout:
     return data.StructLayout({"number": range(RAYS), "ray": ray(config.fmt)})
 
 
+def entering_ray(config: Config) -> data.StructLayout:
+    """A ray of a packet under way, in the frame of the object that it enters at `root`."""
+    return numbered(config, {"root": config.pointer_bits, "ray": ray(config.fmt)})
+
+
 class Setup(wiring.Component):
     """Prepares the rays of packets for planes and triangles: an axis a cycle, a ray in three.
 
     A packet has a number as soon as its first ray comes. It starts when all else that is known of
-    it has been taken, `latency` cycles after its last ray if nothing waits.
+    it has been taken, `latency` cycles after its last ray if nothing waits. A packet that enters an
+    object comes before new ones, keeps its number, and starts there.
 
     - margin = `margin` * (1 + the largest |origin|), rounded up twice
     - above, below: origin + margin up, origin - margin down
@@ -45,6 +51,8 @@ class Setup(wiring.Component):
     -------
     margin : In(fmt), of the scene; constant while packets are under way
     i : In(stream of setup_ray), the four of a packet follow each other, in order
+    i_entering : In(stream of entering_ray), likewise; where there are instances
+    o_world : Out(stream of {packet, number, ray}), each of i; taken at once; likewise
     i_packets : In(stream of packets) that are free, taken with the first ray
     o_slabs : Out(stream of step.setup), one for each axis of each ray
     o_rays : Out(stream of tester_ray), four a packet
@@ -54,6 +62,8 @@ class Setup(wiring.Component):
 
     margin: data.View
     i: stream.Interface
+    i_entering: stream.Interface
+    o_world: stream.Interface
     i_packets: stream.Interface
     o_slabs: stream.Interface
     o_rays: stream.Interface
@@ -70,6 +80,18 @@ class Setup(wiring.Component):
         super().__init__({
             "margin": In(config.fmt.layout),
             "i": In(stream.Signature(setup_ray(config))),
+            **(
+                {
+                    "i_entering": In(stream.Signature(entering_ray(config))),
+                    "o_world": Out(
+                        stream.Signature(
+                            numbered(config, {"ray": ray(config.fmt)}), always_ready=True
+                        )
+                    ),
+                }
+                if config.instances
+                else {}
+            ),
             "i_packets": In(stream.Signature(packet_bits(config))),
             "o_slabs": Out(stream.Signature(step.setup(config), always_ready=True)),
             "o_rays": Out(stream.Signature(tester_ray(config))),
@@ -90,14 +112,14 @@ class Setup(wiring.Component):
         packet = Signal.like(packets.p, reset_less=True)
         busy, axis, number = Signal(), Signal(range(len(AXES))), Signal(range(RAYS))
         first, ends = number == 0, axis == len(AXES) - 1
+        new = self.i.valid & self.i.ready
+        can = ~landed.enters & (~busy | (axis != 0)) & landed.room
         m.d.comb += [
-            landed.enters.eq(self.i.valid & self.i.ready),
-            packets.ready.eq(landed.enters & first),
+            landed.enters.eq(new),
+            packets.ready.eq(new & first),
         ]
         m.d.sync += [
-            self.i.ready.eq(
-                ~landed.enters & (~busy | (axis != 0)) & landed.room & (~first | packets.valid)
-            ),
+            self.i.ready.eq(can & (~first | packets.valid)),
             busy.eq(landed.enters | (busy & ~ends)),
             number.eq(number + landed.enters),
         ]
@@ -107,11 +129,14 @@ class Setup(wiring.Component):
             m.d.sync += now.eq(self.i.p)
             with m.If(first):
                 m.d.sync += packet.eq(packets.p)
+        about = {"packet": packet, "number": now.number, "axis": axis}
+        if self.config.instances:
+            about["level"] = self._entering(m, landed.enters, can, first, now, packet)
+            m.d.comb += self.o_world.valid.eq(busy & (axis == 0) & ~about["level"])
 
         # Nothing waits in the pipeline.
         p = Pipeline()
         m.submodules.pipeline = p.m
-        about = {"packet": packet, "number": now.number, "axis": axis}
         about = {name: p.input(name, value) for name, value in about.items()}
         self._pipeline(p, now.ray, about, landed.i.p)
         valid = Signal(self.last)
@@ -141,6 +166,46 @@ class Setup(wiring.Component):
                 starts.p.intervals[out.p.number].far.eq(out.p.t_max),
             ]
         return m
+
+    def _entering(
+        self, m: Module, enters: Signal, can: Value, first: Value, now: data.View, packet: Signal
+    ) -> Signal:
+        """Packets that enter an object, before new ones. Returns the level of the one that is here.
+
+        Of the two, only one is asked for a ray at a time, and for all four of a packet.
+        """
+        new, old, starts = self.i, self.i_entering, self.o_starts
+        level = Signal()
+        m.submodules.roots = roots = memory.Memory(
+            shape=self.config.pointer_bits, depth=self.config.packets, init=[]
+        )
+        write, read = roots.write_port(), roots.read_port(domain="comb")
+        given = old.valid & old.ready
+        m.d.sync += [
+            old.ready.eq(can & Mux(first, old.valid, level)),
+            new.ready.eq(can & Mux(first, ~old.valid & self.i_packets.valid, ~level)),
+        ]
+        m.d.comb += [
+            enters.eq((new.valid & new.ready) | given),
+            write.en.eq(given),
+            write.addr.eq(old.p.packet),
+            write.data.eq(old.p.root),
+            read.addr.eq(self.o_rays.p.packet),
+            self.o_world.p.packet.eq(packet),
+            self.o_world.p.number.eq(now.number),
+            self.o_world.p.ray.eq(now.ray),
+        ]
+        with m.If(enters & first):
+            m.d.sync += level.eq(given)
+        with m.If(given):
+            m.d.sync += [
+                packet.eq(old.p.packet),
+                now.number.eq(old.p.number),
+                now.ray.eq(old.p.ray),
+            ]
+        with m.If(self.o_rays.valid & self.o_rays.ready):
+            m.d.sync += [starts.p.enters.eq(self.o_rays.p.level), starts.p.root.eq(read.data)]
+        return level
 
     def _pipeline(self, p: Pipeline, ray: data.View, about: dict[str, Timed], out: data.View):
         """From a ray, an axis a cycle, to slabs, and to what the tester keeps of it."""
@@ -189,7 +254,7 @@ class Setup(wiring.Component):
         to_z = p.at(z, last)
         origins, products = vector(p, fmt, origin, last), vector(p, fmt, product, last)
         p.m.d.comb += [
-            *(out[name].eq(p.at(about[name], last)) for name in ("packet", "number")),
+            *(out[name].eq(p.at(x, last)) for name, x in about.items() if name != "axis"),
             out.t_max.eq(p.at(p.input("t_max", ray.t_max), last)),
             out.ray.t_min.eq(p.at(p.input("t_min", ray.t_min), last)),
             out.ray.axis.eq(to_z),

@@ -8,7 +8,7 @@ from amaranth.utils import bits_for
 from hdl.config import Config
 from hdl.fp.order import less
 from hdl.rays.banks import Banks
-from hdl.rays.packet import RAYS, interval, packet_bits
+from hdl.rays.packet import RAYS, interval, level, packet_bits
 
 
 def visit(config: Config) -> data.StructLayout:
@@ -18,6 +18,7 @@ def visit(config: Config) -> data.StructLayout:
     mask : rays that reach the child
     child : a node, or a triangle where is_leaf
     intervals : of the rays in the child; empty for those that do not reach it
+    level : of the tree, where there are instances
     """
     return data.StructLayout({
         "packet": packet_bits(config),
@@ -25,14 +26,19 @@ def visit(config: Config) -> data.StructLayout:
         "mask": RAYS,
         "child": config.pointer_bits,
         "is_leaf": 1,
+        **level(config),
         "intervals": data.ArrayLayout(interval(config.fmt), RAYS),
     })
 
 
 def start(config: Config) -> data.StructLayout:
-    """A packet that is to begin."""
+    """A packet that is to begin; where there are instances also one that enters the tree of `root`.
+
+    The latter goes on with the hits and the stack that it has.
+    """
+    enters = {"enters": 1, "root": config.pointer_bits} if config.instances else {}
     intervals = data.ArrayLayout(interval(config.fmt), RAYS)
-    return data.StructLayout({"packet": packet_bits(config), "intervals": intervals})
+    return data.StructLayout({"packet": packet_bits(config), "intervals": intervals, **enters})
 
 
 def tested(config: Config) -> data.StructLayout:
@@ -44,9 +50,10 @@ def tested(config: Config) -> data.StructLayout:
 class Stack(wiring.Component):
     """Says where packets go next that come from a triangle, from a dead end or from outside.
 
-    A packet from outside goes to the root, any other one to the top entry of its stack that one
-    of its rays still reaches; entries above that one are dropped. Each far is cut to the best t,
-    here and nowhere else: only a test lowers best, and after it comes a pop.
+    A packet from outside goes to the root, one that enters an object to that of its tree, and any
+    other one to the top entry of its stack that one of its rays still reaches; entries above that
+    one are dropped. Each far is cut to the best t, here and nowhere else: only a test lowers best,
+    and after it comes a pop.
 
     Takes `latency` cycles for each entry looked at, one for different packets each cycle.
 
@@ -123,8 +130,9 @@ class Stack(wiring.Component):
                 write.p.value.eq(visit.p.depth),
             ]
 
-        # `there`: there is an entry, or the root; `more`: entries, after what is taken off.
+        # `there`: there is an entry, or a root; `more`: entries, after what is taken off.
         flags = {"valid": 1, "starts": 1, "tested": 1, "there": 1, "more": 1}
+        enters = starts.p.enters if config.instances else Const(0)
         about = data.StructLayout(
             flags | {field: self.visit[field].shape for field in ("packet", "depth")}
         )
@@ -140,7 +148,7 @@ class Stack(wiring.Component):
             pops.w_en.eq(self.i_pops.valid),
             pops.w_data.eq(Cat(C(1, len(flags)), self.i_pops.p.packet, self.i_pops.p.depth)),
             tests.ready.eq(~again),
-            depths.row.eq(tests.p.packet),
+            depths.row.eq(Mux(enters & ~tests.valid, starts.p.packet, tests.p.packet)),
         ]
         with m.If(again):
             m.d.comb += [s0.valid.eq(1), s0.packet.eq(s5.packet), s0.depth.eq(s5.depth)]
@@ -159,11 +167,12 @@ class Stack(wiring.Component):
         m.d.comb += [
             top.addr.eq(slot(s1)),
             new_best.addr.eq(s1.packet),
-            new_best.en.eq(s1.valid & (s1.tested | s1.starts)),
+            new_best.en.eq(s1.valid & (s1.tested | (s1.starts & ~enters))),
             new_best.data.eq(best1),
         ]
         with m.If(s1.tested):
             m.d.comb += top.addr.eq(Cat(depths.value[:slot_bits], s1.packet))
+        with m.If(s1.tested | (s1.starts & enters)):
             m.d.sync += s2.depth.eq(depths.value)
 
         # stage 2: take off, read the best t
@@ -171,11 +180,12 @@ class Stack(wiring.Component):
             Signal(self.visit, name=f"entry{k}", reset_less=True) for k in (3, 4, 5)
         )
         best3 = old_best.data
+        taken = s2.depth.any() & ~(s2.starts & enters)
         m.d.comb += [starts.ready.eq(s2.valid & s2.starts), old_best.addr.eq(s2.packet)]
         m.d.sync += [
             s3.there.eq(s2.starts | s2.depth.any()),
-            s3.depth.eq(s2.depth - s2.depth.any()),
-            self.popped.eq(s2.valid & s2.depth.any()),
+            s3.depth.eq(s2.depth - taken),
+            self.popped.eq(s2.valid & taken),
             entry3.eq(top.data),
         ]
         with m.If(s2.starts):
@@ -184,6 +194,10 @@ class Stack(wiring.Component):
                 entry3.is_leaf.eq(0),
                 entry3.intervals.eq(starts.p.intervals),
             ]
+            if config.instances:
+                m.d.sync += entry3.level.eq(enters)
+                with m.If(enters):
+                    m.d.sync += entry3.child.eq(starts.p.root)
 
         # stage 3: cut far; stage 4: is anything left?
         m.d.sync += [entry4.eq(entry3), entry5.eq(entry4), s5.more.eq(s4.depth.any())]

@@ -8,7 +8,7 @@ from hdl import records
 from hdl.config import Config
 from hdl.fp.order import less
 from hdl.rays.banks import BLOCK_RAM, Banks
-from hdl.rays.packet import RAYS, numbered, packet_bits, slab_ray
+from hdl.rays.packet import RAYS, level, numbered, packet_bits, slab_ray
 from hdl.rays.planes import Planes
 from hdl.rays.stack import visit
 
@@ -17,12 +17,13 @@ SIDES = ("left", "right")
 
 def setup(config: Config) -> data.StructLayout:
     """A ray of a packet on an axis."""
-    return numbered(config, {"axis": 2, "ray": slab_ray(config.fmt)})
+    return numbered(config, {**level(config), "axis": 2, "ray": slab_ray(config.fmt)})
 
 
 def node_word(config: Config) -> data.StructLayout:
     """A node that a packet asked for."""
-    return data.StructLayout({"packet": packet_bits(config), "word": records.node(config.fmt)})
+    word = records.node(config.fmt)
+    return data.StructLayout({"packet": packet_bits(config), **level(config), "word": word})
 
 
 class Step(wiring.Component):
@@ -85,9 +86,11 @@ class Step(wiring.Component):
         m.d.sync += valid.eq(Cat(self.i.valid, valid))
         m.d.sync += [later.eq(now) for now, later in zip(packet, packet[1:], strict=False)]
 
-        # stages 0 and 1: read the rays on the node's axis
+        # stages 0 and 1: read the rays on the node's axis, those of the node's level
+        levels = len(level(self.config))
+        place, wanted = (Cat(of.packet, of.level if levels else ()) for of in (i_setup.p, self.i.p))
         m.submodules.rays = rays = memory.Memory(
-            shape=data.ArrayLayout(slab_ray(fmt), RAYS), depth=3 * packets, init=[]
+            shape=data.ArrayLayout(slab_ray(fmt), RAYS), depth=3 * packets << levels, init=[]
         )
         write, read = rays.write_port(granularity=1), rays.read_port()
         bounds, bounds2 = (
@@ -96,9 +99,9 @@ class Step(wiring.Component):
         rays2 = Signal.like(read.data, reset_less=True)
         m.d.comb += [
             write.en.eq(Cat(i_setup.valid & (i_setup.p.number == k) for k in range(RAYS))),
-            write.addr.eq(Cat(i_setup.p.packet, i_setup.p.axis)),
+            write.addr.eq(Cat(place, i_setup.p.axis)),
             *(lane.eq(i_setup.p.ray) for lane in write.data),
-            read.addr.eq(Cat(self.i.p.packet, node.axis)),
+            read.addr.eq(Cat(wanted, node.axis)),
         ]
         m.d.sync += [bounds.eq(node.bounds), bounds2.eq(bounds), rays2.eq(read.data)]
 
@@ -136,6 +139,7 @@ class Step(wiring.Component):
             m.d.sync += [
                 child1.is_leaf.eq(link.leaves[side]),
                 child1.depth.eq(now.depth + 1),
+                *(child1[name].eq(now[name]) for name in level(self.config)),
                 child2.eq(child1),
             ]
             for ray in range(RAYS):

@@ -5,10 +5,10 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.rays.corners import CORNERS, Corners, read, word
+from hdl.rays.corners import CORNERS, Corners, corner, read, word
 from hdl.rays.delay import Pipeline
-from hdl.rays.hits import Hits
-from hdl.rays.packet import RAYS, hit, numbered, packet_bits, sheared_ray
+from hdl.rays.hits import Hits, surface
+from hdl.rays.packet import AXES, RAYS, hit, level, numbered, packet_bits, sheared_ray
 from hdl.rays.stack import tested
 from hdl.rays.triangle import Intersect
 
@@ -17,8 +17,16 @@ COUNTERS = data.StructLayout({"tests": 32, "ray_tests": 32})
 
 
 def tester_ray(config: Config) -> data.StructLayout:
-    """A ray of a packet that is to begin."""
-    return numbered(config, {"ray": sheared_ray(config.fmt), "t_max": config.fmt.layout})
+    """A ray of a packet that is to begin, or with level 1 to enter an object."""
+    ray = {"ray": sheared_ray(config.fmt), "t_max": config.fmt.layout}
+    return numbered(config, {**level(config), **ray})
+
+
+def entry(config: Config) -> data.StructLayout:
+    """A packet that is to enter an object: the rows of its instance, and the root of its tree."""
+    rows = dict.fromkeys(("x", "y", "z"), corner(config))
+    fields = {"packet": packet_bits(config), "root": config.pointer_bits, **rows}
+    return data.StructLayout(fields)
 
 
 class Tester(wiring.Component):
@@ -26,7 +34,8 @@ class Tester(wiring.Component):
 
     One triangle in as many cycles as the most of four words and its rays; from the last word to
     the answer it takes `latency` cycles and one more for each ray. A packet has at most one test
-    under way, and is done after its answer. (Hits says what counts.)
+    under way, and is done after its answer. (Hits says what counts.) The answer of an instance is
+    that the packet is to enter its object.
 
     Parameters
     ----------
@@ -37,8 +46,10 @@ class Tester(wiring.Component):
     triangles, vertices : In(address), of the first of each; constant while packets are under way
     clear : In(1), counters start again
     i_rays : In(stream of tester_ray), before the packet's tests
-    i_tests : In(stream of {packet, triangle, mask: rays that may hit it, one at least})
+    i_tests : In(stream of {packet, level, triangle, mask: rays that may hit it, one at least});
+        level where there are instances
     o_tests : Out(stream of tested)
+    o_entries : Out(stream of entry), where there are instances
     o_reads : Out(stream of {tag, address})
     i_words : In(stream of {tag, word}), in any order, taken at once
     i_done : In(stream of packets)
@@ -53,6 +64,7 @@ class Tester(wiring.Component):
     i_rays: stream.Interface
     i_tests: stream.Interface
     o_tests: stream.Interface
+    o_entries: stream.Interface
     o_reads: stream.Interface
     i_words: stream.Interface
     i_done: stream.Interface
@@ -65,18 +77,19 @@ class Tester(wiring.Component):
         self.latency = 4 + Intersect.latency_of(config.fmt) + Hits.latency
         packet = packet_bits(config)
         triangle = config.pointer_bits
-        test = data.StructLayout({"packet": packet, "triangle": triangle, "mask": RAYS})
+        test = {"packet": packet, **level(config), "triangle": triangle, "mask": RAYS}
         super().__init__({
             "triangles": In(config.address_bits),
             "vertices": In(config.address_bits),
             "clear": In(1),
             "i_rays": In(stream.Signature(tester_ray(config))),
-            "i_tests": In(stream.Signature(test)),
+            "i_tests": In(stream.Signature(data.StructLayout(test))),
             "o_tests": Out(stream.Signature(tested(config))),
+            **({"o_entries": Out(stream.Signature(entry(config)))} if config.instances else {}),
             "o_reads": Out(stream.Signature(read(config))),
             "i_words": In(stream.Signature(word(config), always_ready=True)),
             "i_done": In(stream.Signature(packet)),
-            "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(config.fmt)}))),
+            "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(config)}))),
             "overflow": Out(1),
             "counters": Out(COUNTERS),
         })
@@ -101,25 +114,26 @@ class Tester(wiring.Component):
             corners.vertices.eq(self.vertices),
         ]
 
-        # A ray comes, to here and to its hit record.
-        m.submodules.rays = rays = memory.Memory(
-            shape=sheared_ray(fmt), depth=RAYS * packets, init=[]
-        )
+        # A ray comes, to here and, if it begins, to its hit record.
+        levels = len(level(self.config))
+        rows = 2 << packet_bits(self.config) if levels else packets
+        m.submodules.rays = rays = memory.Memory(shape=sheared_ray(fmt), depth=RAYS * rows, init=[])
         write_ray, ray = rays.write_port(), rays.read_port()
+        enters = self.i_rays.p.level if levels else Const(0)
         m.d.comb += [
             self.i_rays.ready.eq(hits.i_rays.ready),
-            hits.i_rays.valid.eq(self.i_rays.valid),
+            hits.i_rays.valid.eq(self.i_rays.valid & ~enters),
             hits.i_rays.p.packet.eq(self.i_rays.p.packet),
             hits.i_rays.p.number.eq(self.i_rays.p.number),
             hits.i_rays.p.t_max.eq(self.i_rays.p.t_max),
             write_ray.en.eq(self.i_rays.valid & self.i_rays.ready),
-            write_ray.addr.eq(Cat(self.i_rays.p.number, self.i_rays.p.packet)),
+            write_ray.addr.eq(self._place(self.i_rays.p.number, self.i_rays.p.packet, enters)),
             write_ray.data.eq(self.i_rays.p.ray),
         ]
 
         # A test comes: its triangle and mask wait for the corners.
         triangle = self.config.pointer_bits
-        waiting = data.StructLayout({"triangle": triangle, "mask": RAYS})
+        waiting = data.StructLayout({**level(self.config), "triangle": triangle, "mask": RAYS})
         m.submodules.tests = tests = memory.Memory(shape=waiting, depth=packets, init=[])
         write_test, test = tests.write_port(), tests.read_port(domain="comb")
         m.d.comb += [
@@ -129,8 +143,7 @@ class Tester(wiring.Component):
             corners.i.p.triangle.eq(self.i_tests.p.triangle),
             write_test.en.eq(self.i_tests.valid & self.i_tests.ready),
             write_test.addr.eq(self.i_tests.p.packet),
-            write_test.data.triangle.eq(self.i_tests.p.triangle),
-            write_test.data.mask.eq(self.i_tests.p.mask),
+            *(write_test.data[name].eq(self.i_tests.p[name]) for name, _ in waiting),
         ]
 
         # Its corners come: its rays go, one a cycle. Nothing waits from here on.
@@ -139,39 +152,42 @@ class Tester(wiring.Component):
         busy, first, picked = Signal(), Signal(), Signal(RAYS)
         number = Signal(range(RAYS))
         last = turn.mask == picked
+        free = ~busy | last
+        instance, enters = self._entries(m, corners, packet, turn, free)
+        next_packet = Mux(enters, corners.o_instances.p, corners.o.p) if levels else corners.o.p
         m.d.comb += [
-            test.addr.eq(corners.o.p),
-            corners.o.ready.eq(~busy | last),
+            test.addr.eq(next_packet),
+            corners.o.ready.eq(free & ~enters),
             picked.eq(turn.mask & -turn.mask),
             number.eq(Cat(picked[1] | picked[3], picked[2] | picked[3])),
             corners.packet.eq(packet),
-            ray.addr.eq(Cat(number, packet)),
+            ray.addr.eq(self._place(number, packet, turn.level if levels else Const(0))),
         ]
         m.d.sync += [first.eq(0), turn.mask.eq(turn.mask & ~picked)]
-        with m.If(corners.o.ready):
+        with m.If(free):
             m.d.sync += [
-                busy.eq(corners.o.valid),
-                packet.eq(corners.o.p),
+                busy.eq(corners.o.valid & ~enters),
+                packet.eq(next_packet),
                 turn.eq(test.data),
                 first.eq(1),
             ]
 
         # next cycle: read; the one after it: intersect
-        fields = numbered(self.config, {"first": 1, "last": 1, "triangle": triangle})
+        fields = numbered(self.config, {"first": 1, "last": 1, **surface(self.config)})
         reading, about = (
             Signal(fields, name=stage, reset_less=True) for stage in ("reading", "about")
         )
         reads = Signal()
         m.d.sync += [
             reads.eq(busy),
-            reading.eq(Cat(packet, number, first, last, turn.triangle)),
+            reading.eq(Cat(packet, number, first, last, turn.triangle, *instance)),
         ]
         entered = Signal(Intersect.operands(fmt), reset_less=True)
         m.d.sync += [
             intersect.i.valid.eq(reads),
             about.eq(reading),
             entered.ray.eq(ray.data),
-            *(entered[v].eq(corners.corners[v]) for v in CORNERS),
+            *(entered[v][a].eq(corners.corners[v][a]) for v in CORNERS for a in AXES),
         ]
         m.d.comb += [
             intersect.i.p.eq(entered),
@@ -197,3 +213,47 @@ class Tester(wiring.Component):
                 self.counters.ray_tests.eq(self.counters.ray_tests + busy),
             ]
         return m
+
+    def _entries(self, m: Module, corners: Corners, packet: Value, turn: data.View, free: Value):
+        """Packets at instances, which are to enter them.
+
+        Returns the instance of the packet whose turn it is, and whether one enters.
+        """
+        if not self.config.instances:
+            return (), Const(0)
+        i, o, packets = corners.o_instances, self.o_entries, self.config.packets
+        # Taken; next cycle: read its rows; the one after it: give them.
+        reads, gives = Signal(), Signal()
+        enters = Signal()
+        of = Signal.like(packet, name="entering", reset_less=True)
+        m.d.comb += [
+            enters.eq(free & i.valid & ~(reads | gives | o.valid)),
+            i.ready.eq(enters),
+        ]
+        m.d.sync += [reads.eq(enters), gives.eq(reads), of.eq(packet)]
+        with m.If(gives):
+            m.d.sync += [
+                o.valid.eq(1),
+                o.p.packet.eq(of),
+                o.p.root.eq(corners.root),
+                *(o.p[a].eq(corners.corners[v]) for a, v in zip(AXES, CORNERS, strict=True)),
+            ]
+        with m.If(o.valid & o.ready):
+            m.d.sync += o.valid.eq(0)
+
+        # Which one each packet is in, of all that it meets there.
+        m.submodules.instances = instances = memory.Memory(
+            shape=self.config.pointer_bits, depth=packets, init=[]
+        )
+        write, read = instances.write_port(), instances.read_port(domain="comb")
+        m.d.comb += [
+            write.en.eq(reads),
+            write.addr.eq(packet),
+            write.data.eq(turn.triangle),
+            read.addr.eq(packet),
+        ]
+        return (Mux(turn.level, read.data, ~C(0, self.config.pointer_bits)),), enters
+
+    def _place(self, number: Value, packet: Value, of: Value) -> Value:
+        """Where a ray is, of a packet on a level."""
+        return Cat(number, packet, of if self.config.instances else ())

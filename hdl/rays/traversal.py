@@ -5,7 +5,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.rays.packet import RAYS, packet_bits
+from hdl.rays.packet import RAYS, level, packet_bits
 from hdl.rays.queue import Queue
 from hdl.rays.stack import Stack, start, tested
 from hdl.rays.step import Step, node_word, setup
@@ -35,9 +35,9 @@ class Traversal(wiring.Component):
     clear : In(1), counters start again
     i_setup : In(stream of setup), taken at once
     i_start : In(stream of start)
-    o_nodes : Out(stream of {packet, node})
+    o_nodes : Out(stream of {packet, level, node}); level where there are instances
     i_nodes : In(stream of node_word), taken at once
-    o_tests : Out(stream of {packet, triangle, mask: rays that may hit it})
+    o_tests : Out(stream of {packet, level, triangle, mask: rays that may hit it}); likewise
     i_tests : In(stream of tested)
     o_done : Out(stream of packets)
     overflow : Out(1), a number has become infinite
@@ -60,8 +60,8 @@ class Traversal(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         packet, pointer = packet_bits(config), config.pointer_bits
-        node = data.StructLayout({"packet": packet, "node": pointer})
-        test = data.StructLayout({"packet": packet, "triangle": pointer, "mask": RAYS})
+        node = data.StructLayout({"packet": packet, **level(config), "node": pointer})
+        test = {"packet": packet, **level(config), "triangle": pointer, "mask": RAYS}
         super().__init__({
             "root": In(pointer),
             "clear": In(1),
@@ -69,7 +69,7 @@ class Traversal(wiring.Component):
             "i_start": In(stream.Signature(start(config))),
             "o_nodes": Out(stream.Signature(node)),
             "i_nodes": In(stream.Signature(node_word(config), always_ready=True)),
-            "o_tests": Out(stream.Signature(test)),
+            "o_tests": Out(stream.Signature(data.StructLayout(test))),
             "i_tests": In(stream.Signature(tested(config))),
             "o_done": Out(stream.Signature(packet)),
             "overflow": Out(1),
@@ -112,6 +112,11 @@ class Traversal(wiring.Component):
                 to_test.p.packet.eq(visit.p.packet),
                 to_test.p.triangle.eq(visit.p.child),
                 to_test.p.mask.eq(visit.p.mask),
+                *(
+                    to.p[name].eq(visit.p[name])
+                    for name in level(self.config)
+                    for to in (to_node, to_test)
+                ),
             ]
 
         for name, event in [

@@ -10,7 +10,6 @@ import numpy as np
 from host import parts
 from host.cli.meter import Meter
 from host.session import Board
-from sim.model.fp.format import decode
 from sim.model.rays.traversal import NO_TRIANGLE
 from sim.prepare import view_of
 from sim.report import pixels
@@ -66,7 +65,7 @@ def play(
     view = view_of(config.fmt, camera)
     rays = pixels.camera_rays(config.fmt, view)
     all_vertices = len(prepared.image.vertices) * parts.vertex_bytes(config.fmt)
-    hit_bytes = len(rays.pixels) * parts.hit_bytes(config.fmt)
+    hit_bytes = len(rays.pixels) * parts.hit_bytes(config)
     meter.begin("rendering", len(report.frames) * (all_vertices + hit_bytes))
     cycles, overflows = Counter(), Counter()
     found = 0
@@ -91,8 +90,8 @@ def play(
         hits = board.render(view, sent, ran)
         meter.less(all_vertices + hit_bytes - moved)
         assert board.bits is not None
-        vertices = decode(config.fmt, board.bits)
-        seen = pixels.seen_by(camera, vertices, prepared.leaf_vertices, config.fmt, rays, hits)
+        vertices = prepared.vertices(board.bits, prepared.rows(frame))
+        seen = pixels.seen_by(camera, vertices, prepared, rays, hits)
         painter.paint(seen, None)
         painted(frame)
         found += int(np.count_nonzero(hits["triangle"] != NO_TRIANGLE))

@@ -6,7 +6,7 @@ from hdl.config import Config
 from hdl.isa import REGISTER_BITS, VERTEX_BITS
 from sim.compiler.allocate import allocate
 from sim.compiler.image import Image
-from sim.compiler.order import Order, order
+from sim.compiler.order import order
 from sim.compiler.schedule import schedule
 from sim.errors import InputError
 from sim.tree.tree import Tree
@@ -31,22 +31,23 @@ def compile_tree(tree: Tree, faces: np.ndarray, config: Config) -> Image:
     faces = np.ascontiguousarray(faces, np.int32)
     # No tree needs more box registers than an instruction names.
     ordered = order(tree, faces, config.box_registers if config.update else 1 << REGISTER_BITS)
-    _check_pointers(ordered, config)
+    check_pointers(len(ordered.triangles), config)
+    nodes = len(ordered.axis)
     corners = faces[ordered.triangles]
     if not config.update:
         vertices, record = _records(corners.ravel())
-        return Image(config, ordered, np.zeros(0, np.uint32), vertices, record[corners])
+        return Image(config, ordered, np.zeros(0, np.uint32), vertices, record[corners], nodes)
 
     loads = allocate(corners, config.vertex_registers, config.lead)
     vertices, record = _records(loads.vertex)
     if len(vertices) > 1 << VERTEX_BITS:
         raise InputError(f"{len(vertices)} vertices; an instruction addresses {1 << VERTEX_BITS}")
     instructions = schedule(ordered, loads, record[loads.vertex], config)
-    return Image(config, ordered, instructions, vertices, record[corners])
+    return Image(config, ordered, instructions, vertices, record[corners], nodes)
 
 
-def _check_pointers(order: Order, config: Config):
-    triangles = len(order.triangles)
+def check_pointers(triangles: int, config: Config):
+    """Refuse more triangles than the machine has indices for."""
     if triangles > config.most_triangles:
         raise InputError(
             f"the scene has {triangles} triangles and the configuration has indices for "

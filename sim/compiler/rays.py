@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hdl.config import Config
-from hdl.fp.format import F24, FloatFormat
+from hdl.config import FULL, Config
+from hdl.fp.format import FloatFormat
 from hdl.rays.packet import hit, margin, pixel_bits, ray_word
 from hdl.records import vertex, word_bits
 from sim.compiler import fields
 from sim.compiler.image import Image
 from sim.errors import InputError
 
-HIT_FIELDS = tuple(name for name, _ in hit(F24))
-"""Of a hit record, in any format."""
+HIT_FIELDS = tuple(name for name, _ in hit(FULL))
+"""Of a hit record without instances."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class View:
             yield replace(self, top=top, height=min(top + rows, self.height))
 
 
-def check_rays(fmt: FloatFormat):
+def check_ray_format(fmt: FloatFormat):
     """Refuse a format in which no ray can be cast.
 
     Raises
@@ -92,7 +92,7 @@ def scene_fields(image: Image, wider: int | None = None) -> dict:
         "vertices": image.vertices_at,
         "triangles": image.triangles_at,
         "nodes": image.nodes_at,
-        "root": image.nodes - 1,
+        "root": image.world - 1,
         "margin": margin(fmt) if wider is None else fmt.layout.from_bits(wider),
     }
 
@@ -172,11 +172,11 @@ def ray_words(
 def hit_words(config: Config, hits: dict[str, np.ndarray]) -> np.ndarray:
     """Words (n, limbs) of hits, of the columns (n,) of their fields."""
     words = np.zeros((len(hits["t"]), word_bits(config.fmt) // 32), np.uint32)
-    for name, field in hit(config.fmt):
+    for name, field in hit(config):
         fields.put(words, field, hits[name])
     return words
 
 
 def hits_of(config: Config, words: np.ndarray) -> dict[str, np.ndarray]:
     """The fields t, u, v, triangle (n,) of hit words: the inverse of `hit_words`."""
-    return {name: fields.get(words, field) for name, field in hit(config.fmt)}
+    return {name: fields.get(words, field) for name, field in hit(config)}

@@ -31,6 +31,16 @@ def refit(fmt: FloatFormat, order: Order, corners: np.ndarray) -> np.ndarray:
     return from_key(fmt, keys)
 
 
+def box_corners(fmt: FloatFormat, corners: np.ndarray, spans: np.ndarray) -> np.ndarray:
+    """Lowest and highest corner of each span (K, 2) of leaves (L, 3, 3): (2K, 3) patterns."""
+    keys = order_key(fmt, corners)
+    ends = np.empty((2 * len(spans), 3), np.int64)
+    for row, (first, end) in enumerate(spans.tolist()):
+        ends[2 * row] = keys[first:end].min(axis=(0, 1))
+        ends[2 * row + 1] = keys[first:end].max(axis=(0, 1))
+    return from_key(fmt, ends)
+
+
 @numba.njit("int64[:, ::1](int32[:, ::1], uint8[::1], int64[:, ::1], int64[:, ::1])", cache=True)
 def _refit(children, axis, leaf_lo, leaf_hi):
     nodes, leaves = len(children), len(leaf_lo)

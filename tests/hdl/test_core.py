@@ -9,7 +9,6 @@ from hdl.config import FULL, Config
 from hdl.core import Core, counters
 from hdl.fp.format import FloatFormat
 from sim.compiler.rays import (
-    HIT_FIELDS,
     View,
     camera_fields,
     hit_words,
@@ -21,12 +20,13 @@ from sim.compiler.rays import (
 from sim.cosim.machine import Machine, Timing
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import decode, encode
-from sim.model.rays.camera import camera
-from sim.model.rays.traversal import NO_TRIANGLE, trace
+from sim.model.rays.camera import Rays, camera
+from sim.model.rays.traversal import NO_TRIANGLE
 from sim.model.refit import refit
 from sim.prepare import prepare
 from sim.report.passes import COUNTED
 from sim.scene.load import load_scene
+from tests.sim.compiler.forests import random_forest
 
 CONFIGS = {
     "tiny": Config(
@@ -95,13 +95,19 @@ class Checked:
         self.bits = self.prepared.coordinates(frame)
         of = self.rng.integers(len(self.bits), size=infinite)
         self.bits[of, self.rng.integers(3, size=infinite)] = encode(self.config.fmt, np.inf)
-        self.memory[image.vertices_at : image.triangles_at] = image.vertex_words(self.bits)
-        vertices = self.memory[image.vertices_at : image.triangles_at]
-        self.machine.write(image.vertices_at, vertices)
+        self.rows = self.prepared.rows(frame)
+        self.memory[image.vertices_at : image.rows_at] = image.vertex_words(self.bits)
+        self.memory[image.rows_at : image.triangles_at] = image.row_words(self.rows)
+        moving = self.memory[image.vertices_at : image.triangles_at]
+        self.machine.write(image.vertices_at, moving)
+        # No program updates the trees of objects.
+        bounds = refit(self.config.fmt, image.order, self._corners())
+        first = image.world if self.config.update else 0
+        still = slice(image.nodes_at + first, image.still_at)
+        self.memory[still] = image.node_words(bounds)[first:]
+        self.machine.write(still.start, self.memory[still])
         if not self.config.update:
-            self.bounds = refit(self.config.fmt, image.order, self._corners())
-            self.memory[image.nodes_at : image.size] = image.node_words(self.bounds)
-            self.machine.write(image.nodes_at, self.memory[image.nodes_at : image.size])
+            self.bounds = bounds
 
     def _corners(self) -> np.ndarray:
         return self.bits[self.prepared.leaf_vertices]
@@ -118,7 +124,7 @@ class Checked:
         if updates:
             self.overflows["update"] = bool(np.isinf(decode(config.fmt, self.bits)).any())
             self.bounds = refit(config.fmt, image.order, corners)
-            memory[image.nodes_at : image.size] = image.node_words(self.bounds)
+            memory[image.nodes_at : image.still_at] = image.node_words(self.bounds)
         program = {"program": {"address": 0, "length": len(image.instructions)}}
         counters = self.machine.run(
             {
@@ -130,11 +136,14 @@ class Checked:
         )
         triangles = np.empty(0)
         if rays:
-            expected = trace(config.fmt, image.order, self.bounds, corners, *rays)
+            expected = self.prepared.trace(
+                self.bits, self.rows, self.bounds, Rays(*rays, np.empty(0))
+            )
             triangles = expected.triangle
             infinite = {"camera": beyond, **expected.overflows}
             self.overflows |= {k: infinite[k] for k in infinite if k in self.overflows}
-            columns = {field: getattr(expected, field) for field in HIT_FIELDS}
+            columns = expected.fields(config)
+            self.within = float((expected.instance != NO_TRIANGLE).mean())
             memory[self.hits_at : self.hits_at + len(triangles)] = hit_words(config, columns)
             found = {key: counters["cast"][key] for key in ("packets", *COUNTED)}
             assert found == {key: expected.counters[key] for key in found}
@@ -185,6 +194,25 @@ def test_memory_is_that_of_the_model(name, rng):
             for size in ((1, 1), (3, 6), (count // 4 - 1, 3)):
                 checked.look(random_view(rng, config.fmt, *size), updates=size[0] == 3)
     assert 0.02 < np.mean(shares) < 0.9
+
+
+@pytest.mark.parametrize("name", CONFIGS)
+def test_instances(name, rng):
+    """Rays through worlds of triangles and instances, that move from frame to frame."""
+    config = replace(CONFIGS[name], instances=True)
+    count = 24 if QUICK else 400
+    prepared = random_forest(rng, config)
+    within = []
+    with Machine(config, prepared.image.size + 3 * count, Timing(), unit=Core) as machine:
+        checked = Checked(machine, prepared, count, rng)
+        for frame, timing in enumerate(TIMINGS[-1:] if QUICK else TIMINGS):
+            machine.reset(timing)
+            checked.pose(frame)
+            checked.cast(random_rays(rng, config.fmt, count), updates=True)
+            within.append(checked.within)
+            checked.look(random_view(rng, config.fmt, count // 4 - 1, 3))
+            within.append(checked.within)
+    assert QUICK or 0.05 < np.mean(within) < 0.9
 
 
 def test_overflows_are_flagged(rng):

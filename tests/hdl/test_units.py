@@ -19,11 +19,12 @@ from sim.cosim.verilate import PortsOnlyVerilator
 from sim.prepare import prepare
 from sim.scene.load import load_scene
 from tests.hdl.test_core import Checked, random_rays, random_view
+from tests.sim.compiler.forests import random_forest
 
 CHOICES = [
-    [{}, {"update": False}],
+    [{}, {"update": False, "pointer_bits": 6}],
     [{}, {"camera": False}, {"source": False}],
-    [{}, {"pointer_bits": 6}],
+    [{}, {"instances": True}],
 ]
 SMALL = Config(
     FloatFormat(4, 4), 5, 8, latency=4, address_bits=10, packets=3, stack_depth=16, cache_words=16
@@ -33,9 +34,9 @@ COMBINATIONS = {
     for changes in ({k: v for c in chosen for k, v in c.items()} for chosen in product(*CHOICES))
 }
 QUICK = (
-    "camera=False,pointer_bits=6",
-    "update=False,source=False,pointer_bits=6",
-    "update=False,camera=False",
+    "camera=False",
+    "update=False,pointer_bits=6,source=False",
+    "update=False,pointer_bits=6,camera=False,instances=True",
 )
 """With each choice at least once; the others take a minute each to build."""
 
@@ -43,6 +44,7 @@ LEFT_BEHIND = {
     "update": r"update|program|fetch|issue|loader|merge|vertex_registers|box_registers",
     "camera": r"camera|image|pixel",
     "source": r"source|rays_address|rays_packets",
+    "instances": r"transform|entries|instance|roots",
 }
 
 
@@ -54,7 +56,10 @@ PARAMETERS = [
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_every_combination_is_the_model_bit_for_bit(name, rng):
     config = COMBINATIONS[name]
-    prepared = prepare(load_scene("waves:50"), config)
+    if config.instances:
+        prepared = random_forest(rng, config, triangles=20, instances=3)
+    else:
+        prepared = prepare(load_scene("waves:50"), config)
     with Machine(config, prepared.image.size + 3 * 48, Timing(), unit=Core) as machine:
         checked = Checked(machine, prepared, 48, rng)
         for frame, timing in enumerate((Timing(1), Timing(20, 0.3, 5))):
@@ -84,7 +89,10 @@ def test_every_combination_passes_lint_and_yosys(name, tmp_path):
 def test_nothing_of_a_unit_is_left(unit):
     """No module, no port, no signal and no register has its name; with it, there are some."""
     names = re.compile(rf"\b\w*({LEFT_BEHIND[unit]})\w*", re.IGNORECASE)
-    whole, less = (export(config, "x", "x") for config in (SMALL, replace(SMALL, **{unit: False})))
+    whole, less = (
+        export(config, "x", "x")
+        for config in (replace(SMALL, instances=True), replace(SMALL, **{unit: False}))
+    )
     for suffix in (".v", ".h", ".md"):
         found, left = (set(map(str.lower, _words(files[suffix], names))) for files in (whole, less))
         assert found and not left, (suffix, sorted(left)[:20])

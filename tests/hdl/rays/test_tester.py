@@ -63,7 +63,8 @@ class Bench:
             (self.triangles, records.TRIANGLE, self.indices),
             (self.vertices, records.vertex(self.fmt), points),
         ):
-            columns = dict(zip(dict(layout), rows.T, strict=True))
+            columns = dict.fromkeys(dict(layout), np.zeros(len(rows), np.int64))
+            columns |= dict(zip(dict(layout), rows.T, strict=False))
             for k, bits in enumerate(pack(layout, self.fmt, columns)):
                 junk = random.getrandbits(records.word_bits(self.fmt)) >> layout.size
                 address = (int(base) + k) % (1 << config.address_bits)
