@@ -1,6 +1,6 @@
 """The command `bkd-sim`: build, simulate, check, report."""
 
-from sim.cli import analyse, board, disasm, info, precision, render, replay, stability, update
+from sim.cli import analyse, board, disasm, fit, info, precision, render, replay, stability, update
 from sim.command import parser, run
 from sim.cosim.verilate import SimulationError
 
@@ -9,6 +9,7 @@ COMMANDS = {
     "update": update,
     "info": info,
     "analyse": analyse,
+    "fit": fit,
     "disasm": disasm,
     "replay": replay,
     "precision": precision,

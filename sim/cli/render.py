@@ -2,7 +2,14 @@
 
 from pathlib import Path
 
-from sim.cli.parser import machine_arguments, memory_arguments, ray_config_of, timing_of
+from sim.cli.parser import (
+    compiler_of,
+    divide_argument,
+    machine_arguments,
+    memory_arguments,
+    ray_config_of,
+    timing_of,
+)
 from sim.command import Parser, size_of
 from sim.console import conclude, progress
 from sim.errors import InputError
@@ -16,7 +23,6 @@ from sim.options import (
     scene_of,
     view_arguments,
 )
-from sim.prepare import prepare
 from sim.report.painter import Painter
 from sim.report.picture import check_picture_file, save
 from sim.report.recording import Recorder
@@ -31,6 +37,7 @@ SIZE = "512x386"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser, default="walker")
+    divide_argument(parser)
     machine_arguments(parser)
     add = parser.add_argument
     frames = parser.add_mutually_exclusive_group()
@@ -52,6 +59,8 @@ def run(options) -> int:
     timing = timing_of(options, config)
     out = picture_of(options)
     check_writable(options.json, out, options.record)
+    if options.record and options.divide:
+        raise InputError(f"--record {options.record}: keeps rays of whole scenes; without --divide")
     if options.record and options.record.suffix != ".npz":
         raise InputError(f"{options.record}: rays are kept as .npz; name a file that ends in it")
     with progress() as bar:
@@ -68,7 +77,7 @@ def run(options) -> int:
         check_picture_file(out, len(frames))
         if options.record and len(frames) > 1:
             raise InputError(f"--record {options.record}: holds one frame; choose it by --frame")
-        prepared = prepare(scene, config, builder=options.builder, step=step)
+        prepared = compiler_of(options)(scene, config, builder=options.builder, step=step)
         step("choosing the view")
         camera, lamp = camera_and_lamp(options.camera, prepared, frames, width, height)
         painter, recorder = Painter(options.view, lamp), Recorder()

@@ -2,13 +2,19 @@
 
 from pathlib import Path
 
-from sim.cli.parser import config_of, machine_arguments, timing_arguments, timing_of
+from sim.cli.parser import (
+    compiler_of,
+    config_of,
+    divide_argument,
+    machine_arguments,
+    timing_arguments,
+    timing_of,
+)
 from sim.command import Parser
 from sim.console import conclude, progress
 from sim.errors import InputError
 from sim.files import check_writable
 from sim.options import frames_of, json_argument, scene_arguments, scene_of
-from sim.prepare import prepare
 from sim.report.tables import update_tables
 from sim.report.update import measure_update
 
@@ -18,6 +24,7 @@ EXAMPLE = "update walker:80k --frames 0:4 --json walker.json"
 def arguments(parser: Parser):
     """Options of the command."""
     scene_arguments(parser)
+    divide_argument(parser)
     machine_arguments(parser)
     timing_arguments(parser)
     add = parser.add_argument
@@ -43,7 +50,9 @@ def run(options) -> int:
 
         scene = scene_of(options)
         frames = options.frames and frames_of(options.frames, scene.frames)
-        prepared = prepare(scene, config, frames=frames, builder=options.builder, step=step)
+        prepared = compiler_of(options)(
+            scene, config, frames=frames, builder=options.builder, step=step
+        )
         bar.update(task, total=len(prepared.frames))
         report = measure_update(
             prepared,

@@ -7,16 +7,17 @@ from time import perf_counter
 import numpy as np
 
 from hdl.fp.format import FloatFormat
-from sim.compiler.rays import HIT_FIELDS
 from sim.cosim.stage import Cast, Stage
 from sim.model.fp.format import decode, encode
 from sim.model.fp.order import order_key
 from sim.model.rays.camera import Rays
-from sim.model.rays.setup import ROUNDING_ULPS
-from sim.model.rays.traversal import NO_TRIANGLE, trace
+from sim.model.rays.traversal import NO_TRIANGLE
 from sim.oracle.classify import CLASSES, Taxonomy, classify
 from sim.oracle.trace import trace as trace_exactly
 from sim.report.mismatch import SHOWN
+
+SURFACE = ("triangle", "instance")
+"""Fields of a hit that say what it lies on."""
 
 COUNTED = ("steps", "tests", "ray_tests", "pushes", "pops")
 """Counters of the hardware that the model has too."""
@@ -71,13 +72,11 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
     the ray path and not the rounding of the scene.
     """
     prepared = stage.prepared
-    fmt, order = prepared.config.fmt, prepared.image.order
-    corners = stage.bits[prepared.leaf_vertices]
-    limits = rays.t_min, rays.t_max
+    fmt = prepared.config.fmt
     begin = perf_counter()
-    traced = trace(fmt, order, stage.bounds, corners, rays.origins, rays.directions, *limits)
+    traced = stage.model(rays)
     model_seconds = perf_counter() - begin
-    expected = {field: getattr(traced, field) for field in HIT_FIELDS}
+    expected = traced.fields(prepared.config)
 
     counters = cast.counters["cast"]
     kinds = differences(fmt, cast.hits, expected)
@@ -134,13 +133,13 @@ def differences(
     fmt: FloatFormat, found: dict[str, np.ndarray], expected: dict[str, np.ndarray]
 ) -> np.ndarray:
     """How hit records differ: the index into CLASSES (n,) of each, decided on bits."""
-    same = np.all([found[f] == expected[f] for f in HIT_FIELDS], axis=0)
+    same = np.all([found[f] == expected[f] for f in found], axis=0)
     t, expected_t = (order_key(fmt, hits["t"]) for hits in (found, expected))
     hit, expected_hit = (hits["triangle"] != NO_TRIANGLE for hits in (found, expected))
     return np.select(
         [
             same,
-            found["triangle"] == expected["triangle"],
+            np.all([found[f] == expected[f] for f in SURFACE if f in found], axis=0),
             hit & expected_hit & (t == expected_t),
             ~hit & expected_hit,
             hit & ~expected_hit,
@@ -158,7 +157,7 @@ def class_counts(kinds: np.ndarray) -> dict[str, int]:
 
 def _difference(found: dict[str, np.ndarray], expected: dict[str, np.ndarray], ray: int) -> str:
     """The fields in which a hit record is not the model's, as raw bits."""
-    pairs = ((f, int(found[f][ray]), int(expected[f][ray])) for f in HIT_FIELDS)
+    pairs = ((f, int(found[f][ray]), int(expected[f][ray])) for f in found)
     return ", ".join(f"{f} {got:x}, not {want:x}" for f, got, want in pairs if got != want)
 
 
@@ -166,14 +165,13 @@ def judge(stage: Stage, rays: Rays, hits: dict[str, np.ndarray]) -> Taxonomy:
     """Hits against those of exact arithmetic on the same mesh and rays."""
     prepared = stage.prepared
     fmt = prepared.config.fmt
-    vertices, faces = decode(fmt, stage.bits), prepared.leaf_vertices
+    vertices, faces = prepared.vertices(stage.bits, stage.rows), prepared.surface_faces
     origins, directions = decode(fmt, rays.origins), decode(fmt, rays.directions)
     limits = decode(fmt, rays.t_min), decode(fmt, rays.t_max)
     truth = trace_exactly(vertices, faces, origins, directions, *limits)
     # The largest distance from a ray's origin to a vertex, on an axis; the scene lies in [-1, 1].
     reach = 1 + np.abs(origins).max(axis=1)
     half_ulp = 2.0 ** -(fmt.man_bits + 1)
-    triangle = hits["triangle"]
     return classify(
         vertices,
         faces,
@@ -181,8 +179,8 @@ def judge(stage: Stage, rays: Rays, hits: dict[str, np.ndarray]) -> Taxonomy:
         directions,
         *limits,
         found_t=decode(fmt, hits["t"]),
-        found_triangle=np.where(triangle == NO_TRIANGLE, -1, triangle),
+        found_triangle=prepared.surfaces(hits),
         truth=truth,
         rounded_t=decode(fmt, encode(fmt, truth.t)),
-        rounding=np.sqrt(3) * ROUNDING_ULPS * half_ulp * reach,
+        rounding=np.sqrt(3) * prepared.rounding * half_ulp * reach,
     )

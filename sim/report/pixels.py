@@ -7,6 +7,7 @@ from sim.compiler.rays import View
 from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import Rays, camera
 from sim.model.rays.traversal import NO_TRIANGLE, RAYS
+from sim.prepare import Prepared
 from sim.report.light import shadow_rays
 from sim.report.seen import Seen
 from sim.scene.camera import Camera
@@ -24,12 +25,12 @@ def camera_rays(fmt: FloatFormat, view: View) -> Rays:
 def seen_by(
     camera: Camera,
     vertices: np.ndarray,
-    faces: np.ndarray,
-    fmt: FloatFormat,
+    prepared: Prepared,
     rays: Rays,
     hits: dict[str, np.ndarray],
 ) -> Seen:
-    """What the pixels of a camera see, from the hits of its rays; faces by triangle record."""
+    """What the pixels of a camera see, from the hits of its rays, with vertices (V, 3)."""
+    fmt = prepared.config.fmt
     inside = rays.pixels >= 0
     shape = camera.height, camera.width
 
@@ -39,8 +40,8 @@ def seen_by(
         return flat.reshape(shape)
 
     t, u, v = (image(decode(fmt, hits[name]), np.float64) for name in "tuv")
-    triangle = np.where(hits["triangle"] == NO_TRIANGLE, -1, hits["triangle"])
-    return Seen(camera, vertices, faces, t, u, v, image(triangle, np.int64))
+    triangle = image(prepared.surfaces(hits), np.int64)
+    return Seen(camera, vertices, prepared.surface_faces, t, u, v, triangle)
 
 
 def shadow_rays_of(seen: Seen, lamp: np.ndarray, fmt: FloatFormat, rays: Rays) -> Rays:

@@ -11,7 +11,6 @@ import numpy as np
 from sim.compiler.rays import check_rays
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Cast, Stage
-from sim.model.fp.format import decode
 from sim.model.rays.camera import Rays
 from sim.prepare import Prepared, view_of
 from sim.report import pixels
@@ -27,7 +26,8 @@ class RenderReport:
 
     Cycles are of the Verilog. `cycles` are of rays; `update_cycles` are beside them, and
     `update_share` is theirs of both. `updates` counts the frames that needed an update: those
-    whose vertices are not where they were. Figures a ray are of all `rays`, shadow rays among
+    whose vertices are not where they were; `words_sent` are the memory words that the host wrote
+    for them. Figures a ray are of all `rays`, shadow rays among
     them; `hit_fraction` is of the camera's. `overflows` counts, for each place in the machine, the
     runs in which finite numbers became infinite there.
     """
@@ -53,6 +53,7 @@ class RenderReport:
     overflows: dict[str, int] = field(default_factory=dict)
     oracle: dict = field(default_factory=dict)
     updates: int = 0
+    words_sent: int = 0
     update_cycles: int = 0
     update_share: float = 0.0
     cache: dict[str, dict[str, int]] = field(default_factory=dict)
@@ -143,8 +144,8 @@ def measure_render(
         for frame in frames:
             run.update(frame)
             cast = run.cast(f"frame {frame}", rays, partial(stage.look, view))
-            vertices, faces = decode(config.fmt, stage.bits), prepared.leaf_vertices
-            seen = pixels.seen_by(camera, vertices, faces, config.fmt, rays, cast.hits)
+            vertices = stage.prepared.vertices(stage.bits, stage.rows)
+            seen = pixels.seen_by(camera, vertices, stage.prepared, rays, cast.hits)
             lit = None
             if lamp is not None:
                 below = pixels.shadow_rays_of(seen, lamp, config.fmt, rays)
@@ -183,6 +184,7 @@ class _Run:
         self.report.wall_seconds += perf_counter() - begin
         if counters:
             self.report.updates += 1
+            self.report.words_sent += self.stage.sent
             self.update_counters.update(counters["update"])
             self.infinite += counters["overflows"]["update"]
 

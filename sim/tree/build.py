@@ -16,7 +16,12 @@ def spread(frames: range, most: int) -> list[int]:
     return [frames[k * len(frames) // count] for k in range(count)]
 
 
-def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree:
+def build(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    builder: str = "sah",
+    around: np.ndarray | None = None,
+) -> Tree:
     """Build a tree of at most `sim.tree.grow.MAX_DEPTH` levels over poses of a mesh.
 
     The lecture's construction: triangles are sorted by centre of mass along all three
@@ -39,6 +44,9 @@ def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree
     builder : str
         A key of BUILDERS: "sah"; "spatial-median" splits the longest axis of the centres' bounds
         in the middle; "object-median" leaves half of the triangles on each side of it.
+    around : (N, 3) or (P, N, 3) float64, optional
+        Points around the mesh, whose box rays come through: of a part of a scene the vertices of
+        all. A node bounds on one axis only, so what is beside a part is bounded by its own tree.
 
     Returns
     -------
@@ -64,7 +72,11 @@ def build(vertices: np.ndarray, faces: np.ndarray, builder: str = "sah") -> Tree
     lists = np.moveaxis(centroids, 2, 1).reshape(-1, len(faces))
     orders = np.argsort(lists, axis=1, kind="stable").astype(np.int32)
     boxes, first = np.ascontiguousarray(boxes), np.ascontiguousarray(centroids[0])
-    return Tree(*grow(boxes, first, orders, BUILDERS[builder]))
+    extents = boxes[:, :, 3:].max(axis=1) - boxes[:, :, :3].min(axis=1)
+    if around is not None:
+        points = np.ldexp(np.asarray(around, np.float64), -exponent)
+        extents = np.maximum(extents, np.ptp(points, axis=-2))
+    return Tree(*grow(boxes, first, orders, BUILDERS[builder], extents))
 
 
 def _check(vertices: np.ndarray, faces: np.ndarray, builder: str):

@@ -140,10 +140,11 @@ def _extent(order, boxes, axis):
 
 
 @njit(
-    "Tuple((int32[:, ::1], uint8[::1]))(float64[:, :, ::1], float64[:, ::1], int32[:, ::1], int64)",
+    "Tuple((int32[:, ::1], uint8[::1]))"
+    "(float64[:, :, ::1], float64[:, ::1], int32[:, ::1], int64, float64[:, ::1])",
     cache=True,
 )
-def grow(boxes, centroids, orders, rule):
+def grow(boxes, centroids, orders, rule, around):
     """Split until one triangle is left. Deterministic; time O(P x L x T x depth).
 
     Parameters
@@ -158,6 +159,8 @@ def grow(boxes, centroids, orders, rule):
         Overwritten.
     rule : int
         SAH, SPATIAL_MEDIAN or OBJECT_MEDIAN.
+    around : (P, 3) float64
+        Extents of the region that rays come through, in each pose; no less than those of the boxes.
 
     Returns
     -------
@@ -175,9 +178,7 @@ def grow(boxes, centroids, orders, rule):
     stack = np.empty((MAX_DEPTH + 1, 5), np.int64)  # begin, end, levels left, parent, side
     regions = np.empty((MAX_DEPTH + 1, poses, 3))  # extents
     stack[0] = (0, triangles, MAX_DEPTH, -1, 0)
-    for pose in range(poses):
-        for k in range(3):
-            regions[0, pose, k] = _extent(orders[0], boxes[pose], k)
+    regions[0] = around
     waiting = 1
     nodes = 0
     while waiting:

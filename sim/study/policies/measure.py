@@ -6,7 +6,6 @@ import numpy as np
 
 from hdl.config import FULL
 from sim.command import checked, format_of
-from sim.compiler.rays import HIT_FIELDS
 from sim.errors import InputError
 from sim.model.rays.camera import Rays
 from sim.model.rays.traversal import NO_TRIANGLE, Hits
@@ -138,7 +137,7 @@ def _figures(first: Prepared, rays: Rays, done: Done) -> dict:
 
 def _fields(hits: Hits) -> dict[str, np.ndarray]:
     """What a hit record has of the model's."""
-    return {field: getattr(hits, field) for field in HIT_FIELDS}
+    return hits.fields(FULL)
 
 
 def _named(prepared: Prepared, hits: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

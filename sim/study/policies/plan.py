@@ -10,8 +10,7 @@ from sim.compiler.compile import compile_tree
 from sim.compiler.image import Image
 from sim.compiler.partial import partial
 from sim.model.fp.format import decode
-from sim.model.fp.order import from_key, order_key
-from sim.model.refit import refit
+from sim.model.refit import box_corners, refit
 from sim.prepare import Prepared
 from sim.study.policies.policy import parse
 from sim.tree.build import build
@@ -126,16 +125,6 @@ def _part(image: Image, moved: np.ndarray, now: np.ndarray, made: np.ndarray):
         return image.instructions, NO_BOXES, now
     boxes = box_corners(image.config.fmt, made, part.spans)
     return part.instructions, boxes, np.where(part.merged[:, None, None], now, made)
-
-
-def box_corners(fmt: FloatFormat, corners: np.ndarray, spans: np.ndarray) -> np.ndarray:
-    """Lowest and highest corner of each span (K, 2) of leaves (L, 3, 3): (2K, 3) patterns."""
-    keys = order_key(fmt, corners)
-    ends = np.empty((2 * len(spans), 3), np.int64)
-    for row, (first, end) in enumerate(spans.tolist()):
-        ends[2 * row] = keys[first:end].min(axis=(0, 1))
-        ends[2 * row + 1] = keys[first:end].max(axis=(0, 1))
-    return from_key(fmt, ends)
 
 
 def _distance(fmt: FloatFormat, now: np.ndarray, then: np.ndarray) -> np.ndarray:

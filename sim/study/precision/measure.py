@@ -2,24 +2,18 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from hdl.config import FULL, Config
 from hdl.fp.format import FloatFormat
 from sim.command import checked, format_of
-from sim.compiler.rays import check_rays
+from sim.compiler.rays import check_ray_format
 from sim.cosim.machine import Timing
-from sim.cosim.stage import Cast, Stage
-from sim.model.fp.format import decode
-from sim.model.rays.camera import Rays
-from sim.model.rays.traversal import NO_TRIANGLE
-from sim.oracle.trace import trace
-from sim.prepare import Prepared, prepare, view_of
+from sim.cosim.stage import Stage
+from sim.prepare import prepare, view_of
 from sim.report.passes import check_pass
 from sim.report.pixels import camera_rays
-from sim.scene.camera import Camera, auto
+from sim.scene.camera import auto
 from sim.scene.load import load_scene
-from sim.study.precision.errors import errors, silhouettes
+from sim.study.precision.truth import against_truth
 
 
 def measure(cell: dict) -> dict:
@@ -59,7 +53,7 @@ def measure(cell: dict) -> dict:
     update_cycles = sum(updated["update"].values()) if updated else 0
     return {
         "triangles": len(scene.faces),
-        **_against_truth(prepared, camera, pose, rays, cast),
+        **against_truth(prepared, camera, pose, rays, cast.hits),
         "update_cycles": update_cycles,
         "ray_cycles": done.cycles,
         "cycles": update_cycles + done.cycles,
@@ -79,27 +73,5 @@ def machine_of(fmt: FloatFormat) -> Config:
     InputError
         It cannot be built.
     """
-    check_rays(fmt)
+    check_ray_format(fmt)
     return checked(lambda: replace(FULL, fmt=fmt))
-
-
-def _against_truth(
-    prepared: Prepared, camera: Camera, pose: np.ndarray, rays: Rays, cast: Cast
-) -> dict:
-    """Errors of the image, whose pixels the oracle traces with nothing rounded."""
-    shape = camera.height, camera.width
-    y, x = np.indices(shape).reshape(2, -1, 1)
-    directions = camera.corner + x * camera.right + y * camera.down
-    zero, inf = np.zeros(len(directions)), np.full(len(directions), np.inf)
-    origins = np.broadcast_to(camera.origin, directions.shape)
-    truth = trace(pose, prepared.leaf_vertices, origins, directions, zero, inf)
-    true_triangle, true_t = truth.triangle.reshape(shape), truth.t.reshape(shape)
-
-    inside = rays.pixels >= 0
-    ray_of = np.empty(len(directions), np.int64)
-    ray_of[rays.pixels[inside]] = np.flatnonzero(inside)
-    triangle = cast.hits["triangle"][ray_of].reshape(shape)
-    t = decode(prepared.config.fmt, cast.hits["t"][ray_of]).reshape(shape)
-    pixel = float(np.linalg.norm(camera.right))
-    edges = silhouettes(true_triangle, true_t, pixel)  # t is depth: directions have length 1 there
-    return errors(np.where(triangle == NO_TRIANGLE, -1, triangle), t, true_triangle, true_t, edges)

@@ -1,0 +1,122 @@
+"""`bkd-sim fit`."""
+
+import shlex
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
+
+from hdl.config import TWO_LEVEL, Config
+from sim.command import Parser, format_of, size_of
+from sim.configuration import write_config
+from sim.console import print_tables, print_text, progress, table
+from sim.divide.divided import divide
+from sim.errors import InputError
+from sim.files import check_writable, write_json
+from sim.options import frames_of, json_argument, scene_of, source_arguments
+from sim.parts.analyse import analyse
+from sim.scene.normalise import normalise
+from sim.study.fit import Tried, fit, narrowest
+from sim.study.hardware import FORMATS
+
+EXAMPLE = "fit room -o room-machine.json"
+SIZE = "240x180"
+
+
+def arguments(parser: Parser):
+    """Options of the command."""
+    source_arguments(parser)
+    add = parser.add_argument
+    text = "share of pixels that may be wrong; %(default)g"
+    add("--error", metavar="E", type=float, default=0.001, help=text)
+    text = "float formats to try, exponent and mantissa bits; ten from 5,8 to 8,23"
+    add("--formats", metavar="E,M", nargs="+", default=FORMATS, help=text)
+    add("--size", metavar="WxH", default=SIZE, help="of images, in pixels; %(default)s")
+    add("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all")
+    add("--shadows", action="store_true", help="keep the way of rays from memory, for shadows")
+    text = "write the configuration to FILE, for -c of all commands"
+    add("-o", "--out", metavar="FILE", type=Path, help=text)
+    json_argument(parser)
+
+
+def run(options) -> int:
+    """Derive the smallest machine that a scene needs, and say what it leaves out."""
+    check_writable(options.out, options.json)
+    size = size_of(options.size, SIZE)
+    if not 0 <= options.error <= 1:
+        raise InputError(f"--error {options.error:g}: give a share of pixels, from 0 to 1")
+    formats = [format_of(text) for text in options.formats]
+    with progress() as bar:
+        task = bar.add_task("reading the scene", total=None)
+
+        def step(text):
+            bar.update(task, description=text)
+
+        scene = scene_of(options)
+        frames = (options.frames and frames_of(options.frames, scene.frames)) or None
+        normalised = normalise(scene, frames)
+        analysis = analyse(normalised.scene, normalised.frames, step=step)
+        step("trying formats")
+        chosen, tried = narrowest(
+            scene,
+            analysis,
+            formats,
+            options.error,
+            size,
+            lambda of: step(f"trying formats: {of.fmt} tried"),
+        )
+        step("compiling")
+        whole = replace(TWO_LEVEL, fmt=chosen)
+        prepared = divide(scene, whole, frames=frames, analysis=analysis, step=step)
+        config = fit(prepared, size, camera=True, source=options.shadows)
+    print_tables(_formats(tried), _parameters(config))
+    wrong = next(of.wrong for of in tried if of.fmt == chosen)
+    print_text(_conclusion(scene.name, wrong or 0.0, config))
+    command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    about = {"scene": scene.name, "error": options.error, "size": list(size), "command": command}
+    if options.out:
+        write_config(options.out, config, about)
+        print(f"{options.out}: the configuration, for -c of all commands")
+    figures = {
+        "about": about,
+        "formats": [
+            {"format": str(of.fmt), "wrong": of.wrong, "refused": of.reason} for of in tried
+        ],
+        "config": {f.name: str(getattr(config, f.name)) for f in fields(Config)},
+    }
+    write_json(options.json, figures)
+    return 0
+
+
+def _formats(tried: list[Tried]):
+    rows = [
+        (
+            str(of.fmt),
+            str(of.fmt.bits),
+            "refused" if of.wrong is None else f"{100 * of.wrong:.2g} %",
+        )
+        for of in tried
+    ]
+    return table("Float formats, by the model", rows, header=("format", "bits", "pixels wrong"))
+
+
+def _parameters(config: Config):
+    """What is not as in the full machine."""
+    rows = [
+        (field.name, str(getattr(TWO_LEVEL, field.name)), str(getattr(config, field.name)))
+        for field in fields(Config)
+        if getattr(config, field.name) != getattr(TWO_LEVEL, field.name)
+    ]
+    return table("The machine", rows, header=("", "with all", "fitted"))
+
+
+def _conclusion(name: str, wrong: float, config: Config) -> str:
+    units = {
+        "update processor": config.update,
+        "transformation unit": config.instances,
+        "camera": config.camera,
+        "rays from memory": config.source,
+    }
+    left = [unit for unit, there in units.items() if not there]
+    out = f"; left out: {', '.join(left)}" if left else ""
+    fmt = config.fmt
+    return f"{name}: {fmt.bits} bits ({fmt}) get {100 * wrong:.2g} % of pixels wrong{out}."

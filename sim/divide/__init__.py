@@ -1,0 +1,1 @@
+"""Scenes of parts: what is still, what moves as a whole, what deforms."""

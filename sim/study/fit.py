@@ -1,0 +1,149 @@
+"""The smallest machine that a scene needs."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from amaranth.utils import bits_for
+
+from hdl.config import FULL, Config
+from hdl.fp.format import FloatFormat
+from hdl.rays.packet import RAYS
+from sim.compiler.rays import check_ray_format
+from sim.divide.divided import Divided, divide
+from sim.errors import InputError
+from sim.model.refit import refit
+from sim.parts.part import Analysis
+from sim.prepare import spread, view_of
+from sim.report.pixels import camera_rays
+from sim.scene.camera import auto
+from sim.scene.scene import Scene
+from sim.study.precision.truth import against_truth
+from sim.tree.shape import depth
+
+LOOKED_AT = 3
+"""Frames whose images are compared."""
+SPARE = 1.02
+"""What fewer registers may cost in instructions."""
+REGISTERS = (4, 8, 12, 16, 24, 32, 48, 64)
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A float format, and the share of pixels that it gets wrong: None where it cannot be used."""
+
+    fmt: FloatFormat
+    wrong: float | None
+    reason: str = ""
+
+
+def narrowest(
+    scene: Scene,
+    analysis: Analysis,
+    formats: Sequence[FloatFormat],
+    error: float,
+    size: tuple[int, int],
+    done: Callable[[Tried], None] = lambda _: None,
+) -> tuple[FloatFormat, list[Tried]]:
+    """The float format of fewest bits that errs in no more pixels than `error`, and all tried ones.
+
+    By bisection: more bits err less. By the golden model, on LOOKED_AT frames, each against float64
+    on the mesh as it was given.
+
+    Raises
+    ------
+    InputError
+        None does.
+    """
+    ascending = sorted(formats, key=lambda fmt: (fmt.bits, fmt.exp_bits))
+    tried: dict[int, Tried] = {}
+
+    def serves(k: int) -> bool:
+        if k not in tried:
+            tried[k] = _try(scene, analysis, ascending[k], size)
+            done(tried[k])
+        wrong = tried[k].wrong
+        return wrong is not None and wrong <= error
+
+    low, high = 0, len(ascending)
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if serves(middle) else (middle + 1, high)
+    if low == len(ascending):
+        found = [each.wrong for each in tried.values() if each.wrong is not None]
+        least = f"; the least is {min(found):.2g}" if found else ""
+        raise InputError(
+            f"{scene.name}: no format errs in a share of {error:g} of pixels or less{least}"
+        )
+    return ascending[low], [tried[k] for k in sorted(tried)]
+
+
+def fit(prepared: Divided, size: tuple[int, int], *, camera: bool, source: bool) -> Config:
+    """The smallest machine for a scene that is compiled for a large one of the same format.
+
+    Units that nothing needs are left out: the update processor where nothing moves, the
+    transformation unit without instances, the camera or the way of rays from memory. Stacks have
+    as many levels as the trees; pointers and addresses the bits of the largest, with room for the
+    rays and hits of an image; caches no more words than there are records; registers so many that
+    fewer would cost instructions.
+    """
+    image, config = prepared.image, prepared.config
+    levels = depth(prepared.tree) + max(
+        (depth(of.tree) for of in prepared.grown.objects), default=0
+    )
+    records = max(image.nodes, len(image.corners))
+    geometry = image.nodes_at - image.vertices_at
+    width, height = size
+    rays = RAYS * -(-width // 2) * -(-height // 2)
+    words = image.size + (3 if source else 1) * rays
+    small = replace(
+        config,
+        update=bool(len(image.instructions)),
+        instances=bool(len(image.instances)),
+        camera=camera,
+        source=source,
+        stack_depth=levels,
+        pointer_bits=bits_for(records),
+        address_bits=max(4, bits_for(words - 1)),
+        cache_words=min(config.cache_words, 1 << bits_for(max(image.nodes, geometry) - 1)),
+    )
+    return _fewer_registers(prepared, small)
+
+
+def _fewer_registers(prepared: Divided, config: Config) -> Config:
+    """With as few registers as cost no more than SPARE in instructions."""
+    most = SPARE * len(prepared.image.instructions)
+    for name in ("box_registers", "vertex_registers"):
+        for count in REGISTERS:
+            fewer = replace(config, **{name: count})
+            try:
+                if len(prepared.compiled(fewer).instructions) <= most:
+                    config = fewer
+                    break
+            except InputError:
+                continue
+    return config
+
+
+def _try(scene: Scene, analysis: Analysis, fmt: FloatFormat, size: tuple[int, int]) -> Tried:
+    try:
+        check_ray_format(fmt)
+        return Tried(fmt, _wrong(scene, analysis, fmt, size))
+    except InputError as fault:
+        return Tried(fmt, None, str(fault))
+
+
+def _wrong(scene: Scene, analysis: Analysis, fmt: FloatFormat, size: tuple[int, int]) -> float:
+    """The largest share of wrong pixels of some frames."""
+    config = replace(FULL, fmt=fmt, instances=True)
+    prepared = divide(scene, config, analysis=analysis)
+    poses = np.stack([prepared.scene.pose(k) for k in spread(prepared.frames, LOOKED_AT)])
+    camera = auto(poses, scene.faces, *size)
+    rays = camera_rays(fmt, view_of(fmt, camera))
+    wrong = []
+    for frame, pose in zip(spread(prepared.frames, LOOKED_AT), poses, strict=True):
+        bits, rows = prepared.coordinates(frame), prepared.rows(frame)
+        bounds = refit(fmt, prepared.image.order, bits[prepared.leaf_vertices])
+        hits = prepared.trace(bits, rows, bounds, rays)
+        wrong.append(against_truth(prepared, camera, pose, rays, hits.fields(config))["wrong"])
+    return max(wrong)
