@@ -1,6 +1,6 @@
 """A scene of parts, compiled: a tree of the world, with instances of what moves as a whole."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
@@ -37,28 +37,31 @@ class Divided(Prepared):
     grown : Grown
     moving : (V,) bool
         Vertices of the scene that move in some frame.
-    costs : dict of float
-        SAH cost that the tree of each unstructured part had when it was new, by the part's number.
     """
 
     analysis: Analysis
     grown: Grown
     moving: np.ndarray
-    costs: Mapping[int, float]
 
     def at(self, frame: int) -> "Divided":
+        """With new trees of the unstructured parts to which refit has become too dear.
+
+        It is where the SAH cost is more than the factor of the analysis above that of a new tree,
+        which the host builds to know.
+        """
         pose, faces = self.scene.pose(frame), self.scene.faces
-        trees, costs = dict(self.grown.trees), dict(self.costs)
-        for k, when_new in self.costs.items():
-            own = faces[self.analysis.parts[k].faces]
-            if pose_cost(trees[k], pose, own) > self.analysis.factor * when_new:
-                trees[k] = build(pose, own, around=pose)
-                costs[k] = pose_cost(trees[k], pose, own)
-        if costs == self.costs:
+        trees = {}
+        for k, part in enumerate(self.analysis.parts):
+            if part.kind == Kind.UNSTRUCTURED:
+                own, old = faces[part.faces], self.grown.trees[k]
+                new = build(pose, own, around=pose)
+                if pose_cost(old, pose, own) > self.analysis.factor * pose_cost(new, pose, own):
+                    trees[k] = new
+        if not trees:
             return self
-        grown = join(self.scene, self.analysis, trees)
+        grown = join(self.scene, self.analysis, {**self.grown.trees, **trees})
         image = _compile(grown, self.moving, _unstructured(self.analysis), self.config)
-        return replace(self, tree=grown.world.tree, image=image, grown=grown, costs=costs)
+        return replace(self, tree=grown.world.tree, image=image, grown=grown)
 
     @cached_property
     def faces(self) -> np.ndarray:
@@ -185,14 +188,8 @@ def divide(
     compile_seconds = perf_counter() - begin
     poses = spread(normalised.frames, POSES)
     tree = grown.world.tree
-    first = scene.pose(normalised.frames[0])
-    costs = {
-        k: pose_cost(trees[k], first, scene.faces[part.faces])
-        for k, part in enumerate(analysis.parts)
-        if part.kind == Kind.UNSTRUCTURED
-    }
     seconds = build_seconds, compile_seconds
-    return Divided(normalised, tree, poses, image, *seconds, analysis, grown, moving, costs)
+    return Divided(normalised, tree, poses, image, *seconds, analysis, grown, moving)
 
 
 def _moving(scene: Scene, frames: range) -> np.ndarray:
