@@ -1,0 +1,160 @@
+"""sim.divide: scenes part by part, by the model and in the Verilog."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hdl.config import TWO_LEVEL, Config
+from hdl.fp.format import FloatFormat
+from sim.cosim.machine import Timing
+from sim.cosim.stage import Stage
+from sim.cosim.verilate import simulator
+from sim.divide.divided import divide
+from sim.errors import InputError
+from sim.model.fp.format import decode, encode
+from sim.model.rays.camera import Rays
+from sim.model.refit import box_corners, refit
+from sim.model.update import execute
+from sim.prepare import prepare, view_of
+from sim.report.pixels import camera_rays
+from sim.scene.camera import auto
+from sim.scene.load import load_scene
+
+SCENES = ("room:2000", "propeller:2000", "fleet:3000", "burst:300", "walker:500")
+SMALL = Config(
+    FloatFormat(6, 13), latency=4, address_bits=16, packets=4, cache_words=64, instances=True
+)
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def divided(request):
+    return divide(load_scene(request.param), TWO_LEVEL)
+
+
+def bounds_of(prepared, bits) -> np.ndarray:
+    return refit(prepared.config.fmt, prepared.image.order, bits[prepared.leaf_vertices])
+
+
+def rays_of(prepared, frame: int, width: int = 64, height: int = 48) -> Rays:
+    camera = auto(prepared.scene.pose(frame)[None], prepared.scene.faces, width, height)
+    return camera_rays(prepared.config.fmt, view_of(prepared.config.fmt, camera))
+
+
+def test_the_program_updates_what_moves(divided):
+    config, image = divided.config, divided.image
+    bits = divided.coordinates(divided.frames[0])
+    bounds = bounds_of(divided, bits)
+    still = box_corners(config.fmt, bits[divided.leaf_vertices], image.still)
+    for frame in (divided.frames[5], divided.frames[-1]):
+        bits = divided.coordinates(frame)
+        records = np.zeros((image.records, 3), np.int64)
+        records[: len(image.vertices)] = bits[image.vertices]
+        records[image.records - len(still) :] = still
+        updated = execute(config, image.instructions, records, bounds)
+        assert (updated == bounds_of(divided, bits)).all()
+
+
+def test_vertices_are_where_they_should_be(divided):
+    for frame in (divided.frames[3], divided.frames[-1]):
+        held = divided.vertices(divided.coordinates(frame), divided.rows(frame))
+        assert np.abs(held - divided.scene.pose(frame)).max() < 2.0**-16
+
+
+def test_rays_hit_what_they_hit_in_one_tree(divided):
+    flat = prepare(load_scene(divided.scene.name), replace(TWO_LEVEL, instances=False))
+    frame = divided.frames[7]
+    found = []
+    for prepared in (flat, divided):
+        bits, rows = prepared.coordinates(frame), prepared.rows(frame)
+        rays = rays_of(prepared, frame)
+        hits = prepared.trace(bits, rows, bounds_of(prepared, bits), rays).fields(TWO_LEVEL)
+        surface = prepared.surfaces(hits)
+        triangle = surface if prepared is divided else flat.image.order.triangles[surface]
+        found.append(np.where(surface < 0, -1, triangle))
+        t = decode(TWO_LEVEL.fmt, hits["t"])
+        found.append(np.where(surface < 0, 0.0, t))
+    triangle, t, other, other_t = found
+    assert (triangle >= 0).mean() > 0.05
+    same = triangle == other
+    assert same.mean() > 0.99 and np.abs(t - other_t)[same].max() < 1e-3
+
+
+def test_the_order_of_traversal_never_changes_a_hit(divided, rng):
+    """Each ray alone, and beside others, finds the same bits."""
+    frame = divided.frames[11]
+    bits, rows = divided.coordinates(frame), divided.rows(frame)
+    bounds = bounds_of(divided, bits)
+    whole = rays_of(divided, frame, 32, 24)
+    order = rng.permutation(len(whole.t_min))
+    shuffled = Rays(*(x[order] for x in (whole.origins, whole.directions, whole.t_min)),
+                    whole.t_max[order], whole.pixels[order])  # fmt: skip
+    together = divided.trace(bits, rows, bounds, whole).fields(TWO_LEVEL)
+    apart = divided.trace(bits, rows, bounds, shuffled).fields(TWO_LEVEL)
+    for name in together:
+        assert (together[name][order] == apart[name]).all(), name
+
+
+def test_cycles_follow_what_moves():
+    """A room with a fan, a ball and a curtain; eight ships on a sea; nothing at all."""
+    for spec, share in (("room", 0.02), ("fleet:20k", 0.002)):
+        scene = load_scene(spec)
+        whole = len(prepare(scene, TWO_LEVEL).image.instructions)
+        assert 0 < len(divide(scene, TWO_LEVEL).image.instructions) < share * whole
+    still = replace(load_scene("room:500"), frames=1)
+    image = divide(still, TWO_LEVEL).image
+    assert len(image.instructions) == len(image.instances) == 0
+
+
+def test_without_instances_parts_deform():
+    scene = load_scene("fleet:3000")
+    prepared = divide(scene, replace(TWO_LEVEL, instances=False))
+    assert not len(prepared.image.instances)
+    assert len(prepared.image.instructions) > 2 * 2000
+    assert prepared.margin is None
+
+
+def test_trees_are_built_again_where_refit_fails():
+    prepared = divide(load_scene("burst:300"), TWO_LEVEL)
+    later = prepared.at(8)
+    assert later is not prepared and later.at(8) is later and later.at(0) is not later
+    assert later.image.size == prepared.image.size
+    walker = divide(load_scene("walker:500"), TWO_LEVEL)
+    assert walker.at(12) is walker
+
+
+@pytest.mark.skipif(simulator() == "icarus", reason="hundreds of times slower")
+@pytest.mark.parametrize("spec", ["room:500", "fleet:500", "burst:200"])
+def test_in_the_verilog(spec):
+    """Memory and hits word for word, over frames that move; and what the host sends."""
+    prepared = divide(load_scene(spec), SMALL)
+    frames = prepared.frames
+    rays = rays_of(prepared, frames[4], 24, 16)
+    with Stage(prepared, len(rays.t_min), Timing(4)) as stage:
+        for frame in (frames[4], frames[9], frames[9], frames[2]):
+            moved = stage.show(frame)
+            assert (moved is None) == (stage.sent == 0)
+            found = stage.machine.read(0, stage.prepared.image.size)
+            assert (found == stage.memory).all()
+            hits, expected = stage.cast(rays).hits, stage.model(rays).fields(SMALL)
+            assert all((hits[name] == expected[name]).all() for name in expected)
+            assert (stage.prepared.surfaces(hits) >= 0).any()
+    if spec == "fleet:500":
+        assert stage.sent <= 5 * len(prepared.image.instances)
+
+
+def test_too_small_a_machine_is_refused():
+    scene = load_scene("fleet:500")
+    with pytest.raises(InputError, match="pointer_bits is 6"):
+        divide(scene, replace(TWO_LEVEL, pointer_bits=6))
+    with pytest.raises(InputError, match="memory words"):
+        divide(scene, replace(TWO_LEVEL, address_bits=8))
+
+
+def test_encode_is_not_changed_by_division():
+    """Points of still parts are those of the scene, rounded once."""
+    scene = load_scene("room:500")
+    prepared = divide(scene, TWO_LEVEL)
+    static = prepared.analysis.parts[0]
+    bits = prepared.coordinates(3)[static.vertices]
+    assert (bits == encode(TWO_LEVEL.fmt, prepared.scene.pose(3)[static.vertices])).all()
