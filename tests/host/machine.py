@@ -6,6 +6,7 @@ import numpy as np
 
 from hdl import records
 from hdl.config import Config
+from hdl.rays.caster import overflows
 from sim.compiler import fields
 from sim.compiler.rays import HIT_FIELDS, hit_words
 from sim.model.rays.camera import camera
@@ -29,9 +30,9 @@ def run(config: Config, memory: np.ndarray, job: dict[str, int]) -> dict[str, in
         _update(config, words, job)
         counts["COUNT_UPDATE_INSTRUCTIONS"] = job["program.length"]
     if job["casts"]:
-        counters, overflows = _cast(config, words, job)
+        counters, infinite = _cast(config, words, job)
         counts |= {f"COUNT_CAST_{name.upper()}": n for name, n in counters.items()}
-        counts |= {f"COUNT_OVERFLOWS_{name.upper()}": n for name, n in overflows.items()}
+        counts |= {f"COUNT_OVERFLOWS_{name.upper()}": n for name, n in infinite.items()}
         counts.pop("COUNT_CAST_DEEPEST")
     return counts
 
@@ -102,4 +103,5 @@ def _cast(config: Config, words: np.ndarray, job: dict[str, int]) -> tuple[dict,
     )
     found = hit_words(config, {name: getattr(hits, name) for name in HIT_FIELDS})
     words[job["cast.hits"] : job["cast.hits"] + len(found)] = found
-    return hits.counters, {"camera": rays.overflow, **hits.overflows}
+    places = {"camera": rays.overflow, **hits.overflows}
+    return hits.counters, {name: places[name] for name in overflows(config).members}

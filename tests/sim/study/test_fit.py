@@ -1,0 +1,98 @@
+"""sim.study.fit and bkd-sim fit: the smallest machine that a scene needs."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from hdl.config import TWO_LEVEL, Config
+from hdl.fp.format import F24, FloatFormat
+from sim.cli.fit import EXAMPLE
+from sim.configuration import read_config
+from sim.divide.divided import divide
+from sim.errors import InputError
+from sim.parts.analyse import analyse
+from sim.scene.load import load_scene
+from sim.scene.normalise import normalise
+from sim.study.fit import fit, narrowest
+
+SIZE = (48, 36)
+FORMATS = [FloatFormat(4, 9), FloatFormat(5, 12), F24]
+
+
+def fitted(spec: str, **kept) -> Config:
+    scene = load_scene(spec)
+    return fit(divide(scene, TWO_LEVEL), SIZE, **{"camera": True, "source": False, **kept})
+
+
+def test_units_that_are_not_needed_are_left_out(scene_file):
+    still = fitted(str(scene_file("CornellBox.glb")))
+    assert not (still.update or still.instances or still.source) and still.camera
+    assert still.cache_words <= 64 and still.pointer_bits == 6 and still.stack_depth <= 10
+    ships = fitted("fleet:2000", source=True)
+    assert ships.update and ships.instances and ships.source
+    assert ships.box_registers <= 12 < ships.stack_depth
+    walker = fitted("walker:500")
+    assert walker.update and not walker.instances and walker.vertex_registers < 64
+
+
+@pytest.mark.parametrize("spec", ["fleet:500", "room:500", "waves:300"])
+def test_the_fitted_machine_holds_the_scene(spec):
+    scene, config = load_scene(spec), fitted(spec)
+    prepared = divide(scene, config)
+    prepared.image.check_fits(prepared.image.size + SIZE[0] * SIZE[1])
+    whole = divide(scene, TWO_LEVEL)
+    assert len(prepared.image.instructions) <= 1.05 * len(whole.image.instructions) + 2
+    with pytest.raises(InputError, match="memory words .* addresses"):
+        divide(scene, replace(config, address_bits=config.address_bits - 4))
+
+
+def test_another_scene_is_refused_with_the_reason(scene_file):
+    still = fitted(str(scene_file("CornellBox.glb")))
+    with pytest.raises(InputError, match="pointer_bits is 6 and has to be"):
+        divide(load_scene("walker:500"), still)
+    small = fitted("waves:100")
+    with pytest.raises(InputError, match="pointer_bits is 7"):
+        divide(load_scene("waves:1000"), small)
+
+
+def test_the_format_of_fewest_bits_that_is_enough():
+    scene = load_scene("waves:300")
+    analysis = analyse(normalise(scene).scene)
+    chosen, tried = narrowest(scene, analysis, FORMATS, 0.05, SIZE)
+    assert chosen == FORMATS[1] and {of.fmt for of in tried} >= {FORMATS[0], FORMATS[1]}
+    refused = next(of for of in tried if of.fmt == FORMATS[0])
+    assert refused.wrong is None and "pixel's step" in refused.reason
+    assert narrowest(scene, analysis, FORMATS, 0.004, SIZE)[0] == F24
+    with pytest.raises(InputError, match=r"no format errs in a share of 1e-09 .* the least is"):
+        narrowest(scene, analysis, FORMATS[:2], 1e-9, SIZE)
+
+
+def test_command(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    options = ["--formats", "5,12", "7,16", "--size", "48x36", "-o", "m.json", "--json", "f.json"]
+    code, out, err = run("bkd-sim", "fit", "waves:300", *options)
+    assert (code, err) == (0, "")
+    assert max(map(len, out.splitlines())) <= 80 and "left out" in out
+    config = read_config("m.json")
+    assert config.update and not config.instances and not config.source
+    figures = json.loads((tmp_path / "f.json").read_text())
+    assert figures["about"]["scene"] == "waves:300" and figures["formats"][0]["wrong"] > 0
+    assert EXAMPLE.startswith("fit ")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["waves:300", "--error", "2"], ["--error 2", "0 to 1"]),
+        (["waves:300", "--error", "0", "--formats", "5,10"], ["no format", "5,10"][:1]),
+        (["none.npz"], ["none.npz"]),
+        (["waves:300", "-o", "no/such.json"], ["no/such.json"]),
+    ],
+)
+def test_bad_input_is_one_line_and_no_file(options, words, run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run("bkd-sim", "fit", *options)
+    assert (code, out, err.count("\n")) == (2, "", 1), err
+    assert all(word in err for word in words), err
+    assert not list(tmp_path.iterdir())
