@@ -52,7 +52,7 @@ def test_another_scene_is_refused_with_the_reason(scene_file):
     with pytest.raises(InputError, match="pointer_bits is 6 and has to be"):
         divide(load_scene("walker:500"), still)
     small = fitted("waves:100")
-    with pytest.raises(InputError, match="pointer_bits is 7"):
+    with pytest.raises(InputError, match="box_registers is 8 and has to be"):
         divide(load_scene("waves:1000"), small)
 
 
