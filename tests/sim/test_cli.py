@@ -153,16 +153,16 @@ def test_a_still_scene_needs_no_update(run, tmp_path):
 
 def test_a_wrong_hit_is_found_and_fails(run, tmp_path, monkeypatch):
     """The command's check can fail: the model is bent, by one ulp of one t."""
-    import sim.report.passes as passes
+    import sim.prepare as prepare
 
-    honest = passes.trace
+    honest = prepare.trace
 
-    def bent(*arguments):
-        hits = honest(*arguments)
+    def bent(*arguments, **options):
+        hits = honest(*arguments, **options)
         hits.t[5] += 1
         return hits
 
-    monkeypatch.setattr(passes, "trace", bent)
+    monkeypatch.setattr(prepare, "trace", bent)
     options = ["--size", "8x8", "--out", tmp_path / "a.png"]
     code, _, err = run("bkd-sim", "render", save(tmp_path), *options)
     assert code == 1 and "ray 5: t " in err
