@@ -139,9 +139,11 @@ RESULTS = {
 
 
 @pytest.fixture
-def rows():
+def rows(tmp_path):
     cells = [{"scene": "s", "frame": 3, "format": text} for text in RESULTS]
-    return rows_of({"s": "ball"}, cells, list(RESULTS.values()), read_hardware(MEASURED))
+    sizes = {"7,16": {"ecp5": {"lut": 50_000, "multipliers": 41, "clock_mhz": 85.0}}}
+    hardware = read_hardware(hardware_file(tmp_path, clock_mhz=85.0, formats=sizes))
+    return rows_of({"s": "ball"}, cells, list(RESULTS.values()), hardware)
 
 
 def test_rows_have_the_time_of_their_clock(rows):
