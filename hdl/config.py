@@ -33,6 +33,9 @@ class Config:
         There is an update processor. Without one, trees stay as they are.
     camera, source : bool
         Rays come from the camera, and from memory. One of them at least.
+    instances : bool
+        A leaf may be an instance of an object: rays that reach it are taken into the object's frame
+        and through the object's tree.
     pointer_bits : int
         Bits of the index of a node or a triangle inside the machine; those in memory have 28. The
         highest index stands for no triangle. 2 to 28.
@@ -54,6 +57,7 @@ class Config:
     update: bool = True
     camera: bool = True
     source: bool = True
+    instances: bool = False
     pointer_bits: int = NODE_BITS
 
     box_latency: ClassVar[int] = 2

@@ -14,6 +14,7 @@ from hdl.update.fetch import program
 from hdl.update.processor import UpdateProcessor
 
 CACHE = data.StructLayout({"hits": 32, "misses": 32})
+INSTANCES = data.StructLayout({"entries": 32})
 
 
 def counters(config: Config) -> data.StructLayout:
@@ -21,6 +22,7 @@ def counters(config: Config) -> data.StructLayout:
 
     Of the last update, the last cast, and of the caches in it: zero where there are none. Of both,
     where numbers have become infinite. Nothing of an update where there is no update processor.
+    Where there are instances, packets that entered one.
     """
     update, overflow = ({"update": processor.CYCLES}, {"update": 1}) if config.update else ({}, {})
     return data.StructLayout({
@@ -29,6 +31,7 @@ def counters(config: Config) -> data.StructLayout:
         "nodes": CACHE,
         "geometry": CACHE,
         "overflows": data.StructLayout({**overflow, **caster.overflows(config).members}),
+        **({"instances": INSTANCES} if config.instances else {}),
     })
 
 
@@ -115,6 +118,9 @@ class Core(wiring.Component):
             self.counters.cast.eq(cast.counters),
             *(overflows[name].eq(cast.overflows[name]) for name, _ in cast.overflows.shape()),
         ]
+
+        if self.config.instances:
+            m.d.comb += self.counters.instances.entries.eq(cast.entries)
 
         # One after the other. The job stays here for as long as it takes.
         phase = Signal(Phase)

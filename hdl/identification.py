@@ -13,9 +13,15 @@ MAGIC = int.from_bytes(b"BKDT", "big")
 VERSION = 3
 """Of the register map."""
 
-UNITS = data.StructLayout({"no_update": 1, "no_camera": 1, "no_source": 1, "less_pointer_bits": 5})
-"""What a machine has less than the full one. Where that is nothing there is no such register, and
-a host that asks for it reads 0."""
+UNITS = data.StructLayout({
+    "no_update": 1,
+    "no_camera": 1,
+    "no_source": 1,
+    "less_pointer_bits": 5,
+    "instances": 1,
+})
+"""What a machine has less than the full one, or more. Where that is nothing there is no such
+register, and a host that asks for it reads 0."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +75,7 @@ def _units(config: Config) -> int:
     return UNITS.const({
         **less,
         "less_pointer_bits": FULL.pointer_bits - config.pointer_bits,
+        "instances": config.instances,
     }).as_bits()
 
 
@@ -97,4 +104,5 @@ def config_of(values: Mapping[str, int]) -> Config:
         **numbers,
         **{unit: not less[f"no_{unit}"] for unit in ("update", "camera", "source")},
         pointer_bits=FULL.pointer_bits - less["less_pointer_bits"],
+        instances=bool(less.instances),
     )

@@ -66,8 +66,32 @@ def box(fmt: FloatFormat) -> data.StructLayout:
     return data.StructLayout({"lo": vertex(fmt), "hi": vertex(fmt)})
 
 
-TRIANGLE = data.StructLayout({"v0": INDEX_BITS, "v1": INDEX_BITS, "v2": INDEX_BITS})
-"""Vertex indices of a triangle, one a word, in its lowest bits."""
+TRIANGLE = data.StructLayout({
+    **dict.fromkeys(("v0", "v1", "v2"), INDEX_BITS),
+    "is_instance": 1,
+})
+"""A leaf, one a word, in its lowest bits: vertex indices of a triangle; or those of the rows x, y
+and z of an instance. A machine without instances does not look at `is_instance`."""
+
+
+def row(fmt: FloatFormat) -> data.FlexibleLayout:
+    """A row of an instance's matrix, a word in the table of vertices.
+
+    Points of the world go into the frame of the object: its row k makes coordinate k,
+    x * px + y * py + z * pz + offset. `root` is that of the object's tree, a node; it counts in
+    row x alone.
+    """
+    numbers = dict.fromkeys(("x", "y", "z", "offset"), fmt.layout)
+    return data.FlexibleLayout(
+        word_bits(fmt),
+        {
+            **{
+                name: data.Field(shape, k * fmt.bits)
+                for k, (name, shape) in enumerate(numbers.items())
+            },
+            "root": data.Field(NODE_BITS, word_bits(fmt) - NODE_BITS),
+        },
+    )
 
 
 def scene(config: Config) -> data.StructLayout:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdl import records
+from hdl.config import Config
 from hdl.fp.format import FloatFormat
 from hdl.rays.packet import hit
 from sim.compiler.image import Image
@@ -49,14 +50,14 @@ def vertex_bytes(fmt: FloatFormat) -> int:
     return -(-records.vertex(fmt).size // 8)
 
 
-def hit_bytes(fmt: FloatFormat) -> int:
+def hit_bytes(config: Config) -> int:
     """Bytes of a word that a hit takes."""
-    return -(-hit(fmt).size // 8)
+    return -(-hit(config).size // 8)
 
 
-def hit_head_bytes(fmt: FloatFormat) -> int:
+def hit_head_bytes(config: Config) -> int:
     """Bytes of a hit before the first one with bits of its triangle."""
-    return hit(fmt)["triangle"].offset // 8
+    return hit(config)["triangle"].offset // 8
 
 
 def constant_parts(image: Image) -> Iterator[Part]:

@@ -237,19 +237,20 @@ class Board:
 
     def _hits(self, view: View, progress: Progress) -> dict[str, np.ndarray]:
         """The hits of a run: their triangles, and the rest of those that are there."""
-        fmt, at = self.config.fmt, self._on_board().image.size
-        head, size, count = parts.hit_head_bytes(fmt), parts.hit_bytes(fmt), RAYS * view.packets
+        config, at = self.config, self._on_board().image.size
+        head, size = parts.hit_head_bytes(config), parts.hit_bytes(config)
+        count = RAYS * view.packets
         rows = np.zeros((count, size), np.uint8)
         rows[:, head:] = self.read(at, count, head, size - head, progress)
-        hits = hits_of(self.config, parts.words_of(rows, self._limbs))
+        hits = hits_of(config, parts.words_of(rows, self._limbs))
         misses = hits["triangle"] == NO_TRIANGLE
         wanted = parts.spans(~misses, head, ANSWER_BYTES)
         runs = [(at + span.start, span.stop - span.start) for span in wanted]
         raw = np.frombuffer(self.channel.gather(runs, 0, head, progress), np.uint8)
         places = [np.arange(span.start, span.stop) for span in wanted]
         rows[np.concatenate([*places, np.empty(0, np.int64)]), :head] = raw.reshape(-1, head)
-        hits = hits_of(self.config, parts.words_of(rows, self._limbs))
-        hits["t"][misses] = camera_rays(fmt, view).t_max[misses]
+        hits = hits_of(config, parts.words_of(rows, self._limbs))
+        hits["t"][misses] = camera_rays(config.fmt, view).t_max[misses]
         hits["u"][misses] = hits["v"][misses] = 0
         return hits
 

@@ -16,6 +16,7 @@ from hdl.rays.recorder import Recorder
 from hdl.rays.setup import Setup
 from hdl.rays.source import Source, rays
 from hdl.rays.tester import Tester
+from hdl.rays.transform import Transform
 from hdl.rays.traversal import Traversal
 from hdl.stream import Slice
 
@@ -23,19 +24,21 @@ COUNTERS = data.StructLayout({
     **dict.fromkeys(("packets", "steps", "tests", "ray_tests", "pushes", "pops"), 32),
     "waits": census.COUNTERS,
 })
-"""Of a run: packets whose hits are in memory; packets at nodes, each a cycle; packets at triangles,
-and rays of them; entries put on stacks, and taken off; cycles without a packet at a node. The
-steps and the waits are the length of the run."""
+"""Of a run: packets whose hits are in memory; packets at nodes, each a cycle; packets at leaves and
+rays of those at triangles; entries put on stacks, and taken off; cycles without a packet at a node.
+The steps and the waits are the length of the run."""
 
 
 def overflows(config: Config) -> data.StructLayout:
     """Where finite numbers have become infinite in a run.
 
     In the rays of the camera, if there is one; in what is known of a ray before it meets a node;
-    at a plane; or at a triangle.
+    at a plane; at a triangle; or on the way into an object, if there are instances.
     """
     camera = ("camera",) if config.camera else ()
-    return data.StructLayout(dict.fromkeys((*camera, "setup", "planes", "triangles"), 1))
+    transform = ("transform",) if config.instances else ()
+    places = (*camera, "setup", "planes", "triangles", *transform)
+    return data.StructLayout(dict.fromkeys(places, 1))
 
 
 def cast_job(config: Config) -> data.StructLayout:
@@ -64,6 +67,8 @@ class RayCaster(wiring.Component):
                               └─► tester ◄─┘ ◄──► geometry
                                     └─► recorder
 
+    With instances packets come from the tester to setup again, by way of `transform`.
+
     Parameters
     ----------
     config : Config
@@ -73,6 +78,7 @@ class RayCaster(wiring.Component):
     i : In(stream of cast_job), taken when all hits have been written
     counters : Out(COUNTERS), of the last job
     overflows : Out(overflows), likewise
+    entries : Out(32), packets that entered an object, likewise; where there are instances
     nodes, geometry : Out(Reads), of nodes, and of triangles with their vertices
     rays : Out(Port), reads only; where rays come from memory
     hits : Out(Port), writes only
@@ -81,6 +87,7 @@ class RayCaster(wiring.Component):
     i: stream.Interface
     counters: data.View
     overflows: data.View
+    entries: Signal
     nodes: ReadsInterface
     geometry: ReadsInterface
     rays: PortInterface
@@ -92,6 +99,7 @@ class RayCaster(wiring.Component):
             "i": In(stream.Signature(cast_job(config))),
             "counters": Out(COUNTERS),
             "overflows": Out(overflows(config)),
+            **({"entries": Out(32)} if config.instances else {}),
             "nodes": Out(Reads(config, config.packets)),
             "geometry": Out(Reads(config, 1 << tag(config).size)),
             **({"rays": Out(Port(config))} if config.source else {}),
@@ -193,16 +201,21 @@ class RayCaster(wiring.Component):
 
         units = {"setup": setup, "planes": traversal, "triangles": tester}
         infinite |= {name: unit.overflow for name, unit in units.items()}
+        m.submodules.census = places = Census(config)
+        start = traversal.i_start
+        started = start.valid & start.ready
+        if config.instances:
+            started &= ~start.p.level
+            infinite["transform"] = self._instances(m, setup, traversal, tester, places, begins)
         m.d.sync += [
             self.overflows[name].eq(~begins & (self.overflows[name] | overflow))
             for name, overflow in infinite.items()
         ]
 
-        m.submodules.census = places = Census(config)
         m.d.comb += [
             *(unit.clear.eq(begins) for unit in (recorder, traversal, tester, places)),
             places.counts.eq(begun),
-            places.started.eq(traversal.i_start.valid & traversal.i_start.ready),
+            places.started.eq(started),
             places.done.eq(traversal.o_done.valid & traversal.o_done.ready),
             places.asks_node.eq(self.nodes.request.valid & self.nodes.request.ready),
             places.has_node.eq(self.nodes.response.valid),
@@ -217,3 +230,28 @@ class RayCaster(wiring.Component):
             ),
         ]
         return m
+
+    def _instances(
+        self,
+        m: Module,
+        setup: Setup,
+        traversal: Traversal,
+        tester: Tester,
+        places: Census,
+        begins: Value,
+    ) -> Value:
+        """The way of packets into objects; whether a number becomes infinite on it."""
+        m.submodules.transform = transform = Transform(self.config)
+        entry, roots, start = tester.o_entries, traversal.i_roots, traversal.i_start
+        wiring.connect(m, setup.o_worlds, transform.i_worlds)
+        wiring.connect(m, entry, transform.i)
+        wiring.connect(m, transform.o, setup.i_objects)
+        enters = start.valid & start.ready & start.p.level
+        m.d.comb += [
+            roots.valid.eq(entry.valid & entry.ready),
+            roots.p.packet.eq(entry.p.packet),
+            roots.p.root.eq(entry.p.root),
+            places.enters.eq(enters),
+        ]
+        m.d.sync += self.entries.eq(Mux(begins, 0, self.entries + enters))
+        return transform.overflow

@@ -11,7 +11,7 @@ class Wait(enum.Enum, shape=2):
     """What a cycle without a step waits for.
 
     NODES : nodes from memory
-    TESTS : triangle tests, with the corners that they read
+    TESTS : triangle tests, with the corners that they read; and ways into objects
     LOOP : the stages between a node and the request of the next one, stacks among them
     RAYS : rays, until they are prepared
     """
@@ -39,6 +39,7 @@ class Census(wiring.Component):
     clear : In(1), counters start again
     started, done : In(1), a packet enters the loop, and leaves it for good
     asks_node, has_node, asks_test, has_test : In(1), a packet leaves the loop for a while
+    enters : In(1), one comes back from a test into an object; where there are instances
     counters : Out(COUNTERS), of all but the last cycle
     """
 
@@ -50,11 +51,14 @@ class Census(wiring.Component):
     has_node: Signal
     asks_test: Signal
     has_test: Signal
+    enters: Signal
     counters: data.View
 
     def __init__(self, config: Config):
         self.config = config
-        events = "started", "done", "asks_node", "has_node", "asks_test", "has_test"
+        events = ["started", "done", "asks_node", "has_node", "asks_test", "has_test"]
+        if config.instances:
+            events.append("enters")
         super().__init__({
             **dict.fromkeys(("counts", "clear", *events), In(1)),
             "counters": Out(COUNTERS),
@@ -64,12 +68,13 @@ class Census(wiring.Component):
         m = Module()
 
         packets = self.config.packets
+        back = self.has_test + self.enters if self.config.instances else self.has_test
         nodes, tests, walking = (
             Signal(range(packets + 1), name=name) for name in ("nodes", "tests", "walking")
         )
         m.d.sync += [
             nodes.eq(nodes + self.asks_node - self.has_node),
-            tests.eq(tests + self.asks_test - self.has_test),
+            tests.eq(tests + self.asks_test - back),
             walking.eq(walking + self.started - self.done),
         ]
         loop, rays = (Signal.like(walking, name=name) for name in ("loop", "rays"))

@@ -1,4 +1,4 @@
-"""Brings the corners of triangles from memory."""
+"""Brings the corners of triangles from memory, and the rows of instances."""
 
 from amaranth import *
 from amaranth.lib import data, fifo, memory, stream, wiring
@@ -6,12 +6,13 @@ from amaranth.lib.wiring import In, Out
 
 from hdl import records
 from hdl.config import Config
+from hdl.fp.format import FloatFormat
 from hdl.rays.banks import BLOCK_RAM
-from hdl.rays.packet import packet_bits
+from hdl.rays.packet import AXES, packet_bits
 
 CORNERS = ("v0", "v1", "v2")
 RECORD = len(CORNERS)
-"""The part of the triangle's record; those below it are its corners."""
+"""The part of the leaf's record; those below it are its corners or rows."""
 
 
 def tag(config: Config) -> data.StructLayout:
@@ -30,12 +31,21 @@ def word(config: Config) -> data.StructLayout:
 
 
 def corners(config: Config) -> data.StructLayout:
-    """The corners of a triangle."""
-    return data.StructLayout(dict.fromkeys(CORNERS, records.vertex(config.fmt)))
+    """The corners of a triangle; where there are instances, or the rows of one."""
+    kept = row(config.fmt) if config.instances else records.vertex(config.fmt)
+    return data.StructLayout(dict.fromkeys(CORNERS, kept))
+
+
+def row(fmt: FloatFormat) -> data.StructLayout:
+    """A row of an instance; x, y and z are where they are in a vertex."""
+    return data.StructLayout(dict.fromkeys((*AXES, "offset"), fmt.layout))
 
 
 class Corners(wiring.Component):
     """Reads a triangle's record and then its vertices, for as many packets as there are.
+
+    Likewise of an instance, which has rows where a triangle has vertices. Triangles and instances
+    do not wait for each other.
 
     A triangle takes four words; one word a cycle. A word asks for the next one 2 cycles later; a
     packet is given two cycles after its last word. One packet has one triangle at most, until it
@@ -51,9 +61,11 @@ class Corners(wiring.Component):
     i : In(stream of {packet, triangle})
     o_reads : Out(stream of {tag, address})
     i_words : In(stream of {tag, word}), in any order, taken at once
-    o : Out(stream of packets), as their corners are there
+    o : Out(stream of packets), as the corners of their triangles are there
+    o_instances : Out(stream of packets), as the rows of their instances are; where there are such
     packet : In(packet)
     corners : Out(corners), of the packet one cycle ago
+    root : Out(node), of its instance; where there are such
     """
 
     triangles: Signal
@@ -62,13 +74,19 @@ class Corners(wiring.Component):
     o_reads: stream.Interface
     i_words: stream.Interface
     o: stream.Interface
+    o_instances: stream.Interface
     packet: Signal
     corners: data.View
+    root: Signal
 
     def __init__(self, config: Config):
         self.config = config
         packet = packet_bits(config)
         self.test = data.StructLayout({"packet": packet, "triangle": config.pointer_bits})
+        instances = {
+            "o_instances": Out(stream.Signature(packet)),
+            "root": Out(config.pointer_bits),
+        }
         super().__init__({
             "triangles": In(config.address_bits),
             "vertices": In(config.address_bits),
@@ -78,13 +96,15 @@ class Corners(wiring.Component):
             "o": Out(stream.Signature(packet)),
             "packet": In(packet),
             "corners": Out(corners(config)),
+            **(instances if config.instances else {}),
         })
 
     def elaborate(self, platform):
         m = Module()
 
         packets, word = self.config.packets, self.i_words.p
-        record = data.StructLayout({"packet": len(self.packet), "vertices": records.TRIANGLE})
+        indices = data.StructLayout(dict.fromkeys(CORNERS, records.INDEX_BITS))
+        record = data.StructLayout({"packet": len(self.packet), "vertices": indices})
         # No queue is ever full: no packet is in it twice.
         m.submodules.tests = tests = fifo.SyncFIFO(width=self.test.size, depth=packets)
         m.submodules.found = found = fifo.SyncFIFO(width=record.size, depth=packets)
@@ -133,13 +153,15 @@ class Corners(wiring.Component):
             ready.w_en.eq(complete),
             ready.w_data.eq(packet),
         ]
+        if self.config.instances:
+            self._instances(m, complete, packet, ready)
         with m.If(is_corner):
             m.d.sync += there[word.tag.packet].bit_select(word.tag.part, 1).eq(1)
         with m.If(complete):
             m.d.sync += there[packet].eq(0)
         for index, corner in enumerate(CORNERS):
             kept = memory.Memory(
-                shape=records.vertex(self.config.fmt), depth=packets, init=[], attrs=BLOCK_RAM
+                shape=self.corners[corner].shape(), depth=packets, init=[], attrs=BLOCK_RAM
             )
             m.submodules[corner] = kept
             write, of = kept.write_port(), kept.read_port()
@@ -151,3 +173,33 @@ class Corners(wiring.Component):
                 self.corners[corner].eq(of.data),
             ]
         return m
+
+    def _instances(self, m: Module, complete: Value, packet: Value, ready: fifo.SyncFIFO):
+        """Packets at instances have a queue of their own; the root of each is kept."""
+        packets, word = self.config.packets, self.i_words.p
+        leaf = data.View(records.TRIANGLE, word.word[: records.TRIANGLE.size])
+        are = Signal(packets)  # at an instance
+        with m.If(self.i_words.valid & (word.tag.part == RECORD)):
+            m.d.sync += are.bit_select(word.tag.packet, 1).eq(leaf.is_instance)
+        entering, out = Signal(), self.o_instances
+        m.submodules.instances = queue = fifo.SyncFIFO(width=len(packet), depth=packets)
+        m.d.comb += [
+            entering.eq(are.bit_select(packet, 1)),
+            ready.w_en.eq(complete & ~entering),
+            queue.w_en.eq(complete & entering),
+            queue.w_data.eq(packet),
+            out.valid.eq(queue.r_rdy),
+            out.payload.eq(queue.r_data),
+            queue.r_en.eq(out.ready),
+        ]
+        m.submodules.roots = roots = memory.Memory(
+            shape=self.root.shape(), depth=packets, init=[], attrs=BLOCK_RAM
+        )
+        write, of = roots.write_port(), roots.read_port()
+        m.d.comb += [
+            write.en.eq(self.i_words.valid & (word.tag.part == 0)),
+            write.addr.eq(word.tag.packet),
+            write.data.eq(data.View(records.row(self.config.fmt), word.word).root),
+            of.addr.eq(self.packet),
+            self.root.eq(of.data),
+        ]

@@ -15,17 +15,20 @@ def found(config: Config) -> data.StructLayout:
     """What a ray found at a triangle: whether it hits, and where.
 
     first, last : of the rays of a packet that are tested; they follow each other
+    instance : of the triangle, where there are instances: above all others for one of the world
     """
     numbers = dict.fromkeys(("t_min", "t", "u", "v"), config.fmt.layout)
     triangle = config.pointer_bits
-    return numbered(config, {"first": 1, "last": 1, "triangle": triangle, "hit": 1, **numbers})
+    leaf = {"triangle": triangle, **({"instance": triangle} if config.instances else {})}
+    return numbered(config, {"first": 1, "last": 1, **leaf, "hit": 1, **numbers})
 
 
 class Hits(wiring.Component):
     """Keeps the first hit of each ray, and gives the hits of packets that are done.
 
-    A hit counts if t_min <= t and t is less than the best t so far or, if equal, the triangle is.
-    One a cycle; an answer takes `latency` cycles. The hits of a packet take 9 cycles.
+    A hit counts if t_min <= t and t is less than the best t so far or, if equal, the triangle is:
+    its instance and itself as one number, the instance above. One a cycle; an answer takes
+    `latency` cycles. The hits of a packet take 9 cycles.
 
     Parameters
     ----------
@@ -50,14 +53,16 @@ class Hits(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         fmt = config.fmt
-        self.best = data.StructLayout({"t": fmt.layout, "triangle": config.pointer_bits})
+        self.leaf = ("triangle", "instance") if config.instances else ("triangle",)
+        leaf = dict.fromkeys(self.leaf, config.pointer_bits)
+        self.best = data.StructLayout({"t": fmt.layout, **leaf})
         self.weights = data.StructLayout({"u": fmt.layout, "v": fmt.layout})
         super().__init__({
             "i_rays": In(stream.Signature(numbered(config, {"t_max": fmt.layout}))),
             "i": In(stream.Signature(found(config), always_ready=True)),
             "o_tests": Out(stream.Signature(tested(config))),
             "i_done": In(stream.Signature(packet_bits(config))),
-            "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(fmt)}))),
+            "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(config)}))),
         })
 
     def elaborate(self, platform):
@@ -82,7 +87,8 @@ class Hits(wiring.Component):
         s2, s2_valid, better = Signal(found(self.config), reset_less=True), Signal(), Signal()
         old = Signal(self.best)
         m.d.comb += old.eq(best.data[s1.number])
-        tie = (s1.t.as_value() == old.t.as_value()) & (s1.triangle < old.triangle)
+        s1_leaf, old_leaf = (Cat(x[part] for part in self.leaf) for x in (s1, old))
+        tie = (s1.t.as_value() == old.t.as_value()) & (s1_leaf < old_leaf)
         m.d.sync += [
             s2.eq(s1),
             s2_valid.eq(s1_valid),
@@ -120,7 +126,7 @@ class Hits(wiring.Component):
         for new in write.data:
             m.d.comb += [
                 new.t.eq(Mux(better, s2.t, ray.p.t_max)),
-                new.triangle.eq(Mux(better, s2.triangle, none)),
+                *(new[part].eq(Mux(better, s2[part], none)) for part in self.leaf),
             ]
 
         # A packet is done: read its row when no test does, then give its hits.
@@ -131,10 +137,14 @@ class Hits(wiring.Component):
             of.eq(row[out.number]),
             out.hit.t.eq(of.t),
         ]
-        missed = of.triangle == none
+        nothing = {part: of[part] == none for part in self.leaf}
+        missed = nothing["triangle"]
         upper = NODE_BITS - self.config.pointer_bits
         m.d.comb += [
-            out.hit.triangle.eq(Cat(of.triangle, missed.replicate(upper))),
+            *(
+                out.hit[part].eq(Cat(of[part], is_none.replicate(upper)))
+                for part, is_none in nothing.items()
+            ),
             out.hit.u.eq(Mux(missed, 0, weights.data.u)),
             out.hit.v.eq(Mux(missed, 0, weights.data.v)),
         ]

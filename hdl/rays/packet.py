@@ -30,9 +30,36 @@ def margin(fmt: FloatFormat) -> data.Const:
     return power_of_two(fmt, MARGIN_ULPS.bit_length() - 1 - (fmt.man_bits + 1))
 
 
+INSTANCE_ULPS = 28, 40
+"""Half ulps by which a ray may miss what it hits in the frame of an instance: times the norm of its
+matrix, and by themselves. sim.model.rays.transform says where they come from."""
+
+
+def instance_margin(fmt: FloatFormat, norm: float, inverse_norm: float) -> float:
+    """By how much boxes have to grow at distance 1, that rays which hit an instance reach its leaf.
+
+    The margin of a scene is at least this of each of its instances, and `margin`. So the order of
+    traversal never changes a hit, if no coordinate of the world or of an object is beyond [-1, 1].
+
+    Parameters
+    ----------
+    fmt : FloatFormat
+    norm, inverse_norm : float
+        Largest row sums of magnitudes of the 3 x 3 matrix in the rows of the instance, and of its
+        inverse.
+    """
+    of_norm, constant = INSTANCE_ULPS
+    return 2.0 ** -(fmt.man_bits + 1) * inverse_norm * (of_norm * norm + constant)
+
+
 def packet_bits(config: Config) -> int:
     """Bits of the number of a packet under way."""
     return bits_for(config.packets - 1)
+
+
+def level(config: Config) -> dict[str, int]:
+    """A field, where there are instances: 0 in the world, 1 in an object."""
+    return {"level": 1} if config.instances else {}
 
 
 def numbered(config: Config, fields: dict) -> data.StructLayout:
@@ -99,14 +126,15 @@ def interval(fmt: FloatFormat) -> data.StructLayout:
     return data.StructLayout({"near": fmt.layout, "far": fmt.layout})
 
 
-def hit(fmt: FloatFormat) -> data.StructLayout:
+def hit(config: Config) -> data.StructLayout:
     """The first hit of a ray, one word in memory, in its lowest bits.
 
-    u and v weigh the triangle's vertices 1 and 2. Without a hit: t_max, 0, 0, NO_TRIANGLE.
+    u and v weigh the triangle's vertices 1 and 2. `instance`, where there are such, is the leaf
+    through which the ray entered an object; NO_TRIANGLE for a triangle of the world. Without a
+    hit: t_max, 0, 0, NO_TRIANGLE, NO_TRIANGLE.
     """
     return data.StructLayout({
-        "t": fmt.layout,
-        "u": fmt.layout,
-        "v": fmt.layout,
+        **dict.fromkeys(("t", "u", "v"), config.fmt.layout),
         "triangle": NODE_BITS,
+        **({"instance": NODE_BITS} if config.instances else {}),
     })

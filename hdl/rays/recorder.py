@@ -44,7 +44,7 @@ class Recorder(wiring.Component):
             "base": In(config.address_bits),
             "clear": In(1),
             "i_begun": In(stream.Signature(packet, always_ready=True)),
-            "i": In(stream.Signature(numbered(config, {"hit": hit(config.fmt)}))),
+            "i": In(stream.Signature(numbered(config, {"hit": hit(config)}))),
             "o_free": Out(stream.Signature(packet, always_ready=True)),
             "written": Out(32),
             "port": Out(Port(config)),

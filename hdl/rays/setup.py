@@ -12,7 +12,7 @@ from hdl.fp.recip import Recip, RecipBounds
 from hdl.rays import step
 from hdl.rays.axes import pick, turn, vector
 from hdl.rays.delay import Pipeline, Timed
-from hdl.rays.packet import AXES, RAYS, packet_bits, ray
+from hdl.rays.packet import AXES, RAYS, level, numbered, packet_bits, ray, ray_word
 from hdl.rays.stack import start
 from hdl.rays.tester import tester_ray
 from hdl.stream import Landing
@@ -21,6 +21,16 @@ from hdl.stream import Landing
 def setup_ray(config: Config) -> data.StructLayout:
     """A ray, and its number in its packet."""
     return data.StructLayout({"number": range(RAYS), "ray": ray(config.fmt)})
+
+
+def object_ray(config: Config) -> data.StructLayout:
+    """A ray of a packet that enters an object, in the object's frame."""
+    return numbered(config, {"ray": ray(config.fmt)})
+
+
+def world_ray(config: Config) -> data.StructLayout:
+    """Half a ray of a packet that is to begin: its origin, or where `second` its direction."""
+    return numbered(config, {"second": 1, "half": ray_word(config.fmt)})
 
 
 class Setup(wiring.Component):
@@ -35,6 +45,9 @@ class Setup(wiring.Component):
     - z of the sheared space is the axis of the largest |direction|, the first of equal ones
     - shear: z the inverse down, x and y the direction times that, to nearest
 
+    Rays of packets that enter an object go first, but never between those of another packet. A
+    packet that waits for a number does not keep them waiting.
+
     2 multipliers, 3 adders, a reciprocal.
 
     Parameters
@@ -46,6 +59,8 @@ class Setup(wiring.Component):
     margin : In(fmt), of the scene; constant while packets are under way
     i : In(stream of setup_ray), the four of a packet follow each other, in order
     i_packets : In(stream of packets) that are free, taken with the first ray
+    i_objects : In(stream of object_ray), likewise; where there are instances
+    o_worlds : Out(stream of world_ray), two for each ray of `i`; where there are instances
     o_slabs : Out(stream of step.setup), one for each axis of each ray
     o_rays : Out(stream of tester_ray), four a packet
     o_starts : Out(stream of start)
@@ -55,6 +70,8 @@ class Setup(wiring.Component):
     margin: data.View
     i: stream.Interface
     i_packets: stream.Interface
+    i_objects: stream.Interface
+    o_worlds: stream.Interface
     o_slabs: stream.Interface
     o_rays: stream.Interface
     o_starts: stream.Interface
@@ -67,6 +84,10 @@ class Setup(wiring.Component):
         self.slab = max(1 + 2 * Add.latency + Mul.latency, inverse)
         self.last = max(inverse + len(AXES) + Mul.latency, self.slab)
         self.latency = len(AXES) + self.last + Landing.latency + 1
+        instances = {
+            "i_objects": In(stream.Signature(object_ray(config))),
+            "o_worlds": Out(stream.Signature(world_ray(config), always_ready=True)),
+        }
         super().__init__({
             "margin": In(config.fmt.layout),
             "i": In(stream.Signature(setup_ray(config))),
@@ -75,6 +96,7 @@ class Setup(wiring.Component):
             "o_rays": Out(stream.Signature(tester_ray(config))),
             "o_starts": Out(stream.Signature(start(config))),
             "overflow": Out(1),
+            **(instances if config.instances else {}),
         })
 
     def elaborate(self, platform):
@@ -107,11 +129,14 @@ class Setup(wiring.Component):
             m.d.sync += now.eq(self.i.p)
             with m.If(first):
                 m.d.sync += packet.eq(packets.p)
+        in_object = {name: Signal(name="in_object") for name in level(self.config)}
+        if in_object:
+            self._objects(m, landed, now, packet, number, busy, axis, in_object["level"])
 
         # Nothing waits in the pipeline.
         p = Pipeline()
         m.submodules.pipeline = p.m
-        about = {"packet": packet, "number": now.number, "axis": axis}
+        about = {"packet": packet, "number": now.number, "axis": axis, **in_object}
         about = {name: p.input(name, value) for name, value in about.items()}
         self._pipeline(p, now.ray, about, landed.i.p)
         valid = Signal(self.last)
@@ -137,10 +162,52 @@ class Setup(wiring.Component):
             m.d.sync += [
                 starts.valid.eq(out.p.number == RAYS - 1),
                 starts.p.packet.eq(out.p.packet),
+                *(starts.p[name].eq(out.p[name]) for name in in_object),
                 starts.p.intervals[out.p.number].near.eq(out.p.ray.t_min),
                 starts.p.intervals[out.p.number].far.eq(out.p.t_max),
             ]
         return m
+
+    def _objects(
+        self,
+        m: Module,
+        landed: Landing,
+        now: data.View,
+        packet: Signal,
+        number: Signal,
+        busy: Signal,
+        axis: Signal,
+        in_object: Signal,
+    ):
+        """Rays of packets that enter objects go first; those of other packets are passed on."""
+        i, objects, world = self.i, self.i_objects, self.o_worlds
+        takes, free, first = Signal(), Signal(), number == 0
+        m.d.comb += [
+            takes.eq(objects.valid & objects.ready),
+            landed.enters.eq((i.valid & i.ready) | takes),
+            self.i_packets.ready.eq(i.valid & i.ready & first),
+            free.eq(~landed.enters & (~busy | (axis != 0)) & landed.room),
+        ]
+        m.d.sync += [
+            i.ready.eq(free & Mux(first, self.i_packets.valid & ~objects.valid, ~in_object)),
+            objects.ready.eq(free & Mux(first, objects.valid, in_object)),
+        ]
+        with m.If(landed.enters & first):
+            m.d.sync += in_object.eq(takes)
+        with m.If(takes):
+            m.d.sync += [now.number.eq(objects.p.number), now.ray.eq(objects.p.ray)]
+            with m.If(first):
+                m.d.sync += packet.eq(objects.p.packet)
+
+        second, half, ray = axis[0], world.p.half, now.ray
+        m.d.comb += [
+            world.valid.eq(busy & ~in_object & (axis != len(AXES) - 1)),
+            world.p.packet.eq(packet),
+            world.p.number.eq(now.number),
+            world.p.second.eq(second),
+            half.point.eq(Mux(second, ray.direction, ray.origin)),
+            half.t.eq(Mux(second, ray.t_max, ray.t_min)),
+        ]
 
     def _pipeline(self, p: Pipeline, ray: data.View, about: dict[str, Timed], out: data.View):
         """From a ray, an axis a cycle, to slabs, and to what the tester keeps of it."""
@@ -189,7 +256,7 @@ class Setup(wiring.Component):
         to_z = p.at(z, last)
         origins, products = vector(p, fmt, origin, last), vector(p, fmt, product, last)
         p.m.d.comb += [
-            *(out[name].eq(p.at(about[name], last)) for name in ("packet", "number")),
+            *(out[name].eq(p.at(x, last)) for name, x in about.items() if name != "axis"),
             out.t_max.eq(p.at(p.input("t_max", ray.t_max), last)),
             out.ray.t_min.eq(p.at(p.input("t_min", ray.t_min), last)),
             out.ray.axis.eq(to_z),

@@ -8,7 +8,7 @@ from amaranth.utils import bits_for
 from hdl.config import Config
 from hdl.fp.order import less
 from hdl.rays.banks import Banks
-from hdl.rays.packet import RAYS, interval, packet_bits
+from hdl.rays.packet import RAYS, interval, level, packet_bits
 
 
 def visit(config: Config) -> data.StructLayout:
@@ -17,6 +17,7 @@ def visit(config: Config) -> data.StructLayout:
     depth : entries of its stack
     mask : rays that reach the child
     child : a node, or a triangle where is_leaf
+    level : see hdl.rays.packet.level; it goes along with an entry
     intervals : of the rays in the child; empty for those that do not reach it
     """
     return data.StructLayout({
@@ -25,14 +26,34 @@ def visit(config: Config) -> data.StructLayout:
         "mask": RAYS,
         "child": config.pointer_bits,
         "is_leaf": 1,
+        **level(config),
         "intervals": data.ArrayLayout(interval(config.fmt), RAYS),
     })
 
 
 def start(config: Config) -> data.StructLayout:
-    """A packet that is to begin."""
+    """A packet that is to begin, or where `level` is 1 to enter an object."""
     intervals = data.ArrayLayout(interval(config.fmt), RAYS)
-    return data.StructLayout({"packet": packet_bits(config), "intervals": intervals})
+    return data.StructLayout({
+        "packet": packet_bits(config),
+        **level(config),
+        "intervals": intervals,
+    })
+
+
+def object_root(config: Config) -> data.StructLayout:
+    """The object that a packet enters next: the root of its tree."""
+    return data.StructLayout({"packet": packet_bits(config), "root": config.pointer_bits})
+
+
+def leaf_test(config: Config) -> data.StructLayout:
+    """A packet at a leaf. mask : rays that may hit it, one at least."""
+    return data.StructLayout({
+        "packet": packet_bits(config),
+        "triangle": config.pointer_bits,
+        "mask": RAYS,
+        **level(config),
+    })
 
 
 def tested(config: Config) -> data.StructLayout:
@@ -44,9 +65,10 @@ def tested(config: Config) -> data.StructLayout:
 class Stack(wiring.Component):
     """Says where packets go next that come from a triangle, from a dead end or from outside.
 
-    A packet from outside goes to the root, any other one to the top entry of its stack that one
-    of its rays still reaches; entries above that one are dropped. Each far is cut to the best t,
-    here and nowhere else: only a test lowers best, and after it comes a pop.
+    A packet from outside goes to the root, one that enters an object to the root of that, on top
+    of its stack. Any other one goes to the top entry of its stack that one of its rays still
+    reaches; entries above that one are dropped. Each far is cut to the best t, here and nowhere
+    else: only a test lowers best, and after it comes a pop.
 
     Takes `latency` cycles for each entry looked at, one for different packets each cycle.
 
@@ -58,6 +80,8 @@ class Stack(wiring.Component):
     -------
     root : In(node)
     i_start : In(stream of start)
+    i_roots : In(stream of object_root), before the start of the packet; taken at once; where there
+        are instances
     i_tests : In(stream of tested), at most a cycle in `latency` waits
     i_pops : In(stream of visit), of which packet and depth count; taken at once
     i_pushes : In(stream of visit), to the entry `depth`; taken at once
@@ -70,6 +94,7 @@ class Stack(wiring.Component):
     latency = 5
     root: Signal
     i_start: stream.Interface
+    i_roots: stream.Interface
     i_tests: stream.Interface
     i_pops: stream.Interface
     i_pushes: stream.Interface
@@ -82,9 +107,11 @@ class Stack(wiring.Component):
         self.config = config
         self.visit = visit(config)
         visits = stream.Signature(self.visit, always_ready=True)
+        roots = In(stream.Signature(object_root(config), always_ready=True))
         super().__init__({
             "root": In(config.pointer_bits),
             "i_start": In(stream.Signature(start(config))),
+            **({"i_roots": roots} if config.instances else {}),
             "i_tests": In(stream.Signature(tested(config))),
             "i_pops": In(visits),
             "i_pushes": In(visits),
@@ -123,8 +150,11 @@ class Stack(wiring.Component):
                 write.p.value.eq(visit.p.depth),
             ]
 
-        # `there`: there is an entry, or the root; `more`: entries, after what is taken off.
+        # `there`: there is an entry, or a root; `more`: entries, after what is taken off; `enters`:
+        # the root is that of an object.
         flags = {"valid": 1, "starts": 1, "tested": 1, "there": 1, "more": 1}
+        if config.instances:
+            flags["enters"] = 1
         about = data.StructLayout(
             flags | {field: self.visit[field].shape for field in ("packet", "depth")}
         )
@@ -142,6 +172,9 @@ class Stack(wiring.Component):
             tests.ready.eq(~again),
             depths.row.eq(tests.p.packet),
         ]
+        if config.instances:
+            with m.If(~tests.valid):
+                m.d.comb += depths.row.eq(starts.p.packet)
         with m.If(again):
             m.d.comb += [s0.valid.eq(1), s0.packet.eq(s5.packet), s0.depth.eq(s5.depth)]
         with m.Elif(tests.valid):
@@ -150,6 +183,8 @@ class Stack(wiring.Component):
             m.d.comb += [s0.eq(waiting), pops.r_en.eq(1)]
         with m.Elif(starts.valid & ~s1.starts & ~s2.starts):  # it stays until stage 2
             m.d.comb += [s0.valid.eq(1), s0.packet.eq(starts.p.packet), s0.starts.eq(1)]
+            if config.instances:
+                m.d.comb += s0.enters.eq(starts.p.level)
         best1 = Signal.like(new_best.data, reset_less=True)
         for ray in range(RAYS):
             far = starts.p.intervals[ray].far
@@ -165,6 +200,10 @@ class Stack(wiring.Component):
         with m.If(s1.tested):
             m.d.comb += top.addr.eq(Cat(depths.value[:slot_bits], s1.packet))
             m.d.sync += s2.depth.eq(depths.value)
+        if config.instances:
+            with m.If(s1.enters):
+                m.d.comb += new_best.en.eq(0)
+                m.d.sync += s2.depth.eq(depths.value)
 
         # stage 2: take off, read the best t
         entry3, entry4, entry5 = (
@@ -184,6 +223,8 @@ class Stack(wiring.Component):
                 entry3.is_leaf.eq(0),
                 entry3.intervals.eq(starts.p.intervals),
             ]
+        if config.instances:
+            self._enter(m, s1, s2, s3, entry3)
 
         # stage 3: cut far; stage 4: is anything left?
         m.d.sync += [entry4.eq(entry3), entry5.eq(entry4), s5.more.eq(s4.depth.any())]
@@ -209,3 +250,24 @@ class Stack(wiring.Component):
             done.r_en.eq(self.o_done.ready),
         ]
         return m
+
+    def _enter(self, m: Module, s1, s2, s3, entry3):
+        """What is different of a packet that enters an object: it goes to the root of that."""
+        m.submodules.roots = roots = memory.Memory(
+            shape=self.i_roots.p.root.shape(), depth=1 << packet_bits(self.config), init=[]
+        )
+        write, root = roots.write_port(), roots.read_port()
+        m.d.comb += [
+            write.en.eq(self.i_roots.valid),
+            write.addr.eq(self.i_roots.p.packet),
+            write.data.eq(self.i_roots.p.root),
+            root.addr.eq(s1.packet),
+        ]
+        with m.If(s2.starts):
+            m.d.sync += entry3.level.eq(s2.enters)
+        with m.If(s2.enters):
+            m.d.sync += [
+                entry3.child.eq(root.data),
+                s3.depth.eq(s2.depth),
+                self.popped.eq(0),
+            ]

@@ -8,7 +8,7 @@ from hdl import records
 from hdl.config import Config
 from hdl.fp.order import less
 from hdl.rays.banks import BLOCK_RAM, Banks
-from hdl.rays.packet import RAYS, numbered, packet_bits, slab_ray
+from hdl.rays.packet import RAYS, level, numbered, packet_bits, slab_ray
 from hdl.rays.planes import Planes
 from hdl.rays.stack import visit
 
@@ -17,7 +17,7 @@ SIDES = ("left", "right")
 
 def setup(config: Config) -> data.StructLayout:
     """A ray of a packet on an axis."""
-    return numbered(config, {"axis": 2, "ray": slab_ray(config.fmt)})
+    return numbered(config, {"axis": 2, **level(config), "ray": slab_ray(config.fmt)})
 
 
 def node_word(config: Config) -> data.StructLayout:
@@ -30,7 +30,8 @@ class Step(wiring.Component):
 
     A child that no ray reaches is left out. Of two, the one goes first that the first ray in both
     enters first: the left one, if equal or if no ray is in both. Nothing here waits. Takes
-    `latency` cycles; one step a cycle.
+    `latency` cycles; one step a cycle. With instances it knows the rays of both levels, and which
+    of them each packet is at.
 
     Parameters
     ----------
@@ -87,18 +88,21 @@ class Step(wiring.Component):
 
         # stages 0 and 1: read the rays on the node's axis
         m.submodules.rays = rays = memory.Memory(
-            shape=data.ArrayLayout(slab_ray(fmt), RAYS), depth=3 * packets, init=[]
+            shape=data.ArrayLayout(slab_ray(fmt), RAYS),
+            depth=3 * packets << self.config.instances,
+            init=[],
         )
         write, read = rays.write_port(granularity=1), rays.read_port()
+        of_setup, of_packet = self._levels(m, packets)
         bounds, bounds2 = (
             Signal(records.bounds(fmt), name=f"bounds_{k}", reset_less=True) for k in (1, 2)
         )
         rays2 = Signal.like(read.data, reset_less=True)
         m.d.comb += [
             write.en.eq(Cat(i_setup.valid & (i_setup.p.number == k) for k in range(RAYS))),
-            write.addr.eq(Cat(i_setup.p.packet, i_setup.p.axis)),
+            write.addr.eq(Cat(i_setup.p.packet, *of_setup, i_setup.p.axis)),
             *(lane.eq(i_setup.p.ray) for lane in write.data),
-            read.addr.eq(Cat(self.i.p.packet, node.axis)),
+            read.addr.eq(Cat(self.i.p.packet, *of_packet, node.axis)),
         ]
         m.d.sync += [bounds.eq(node.bounds), bounds2.eq(bounds), rays2.eq(read.data)]
 
@@ -138,6 +142,8 @@ class Step(wiring.Component):
                 child1.depth.eq(now.depth + 1),
                 child2.eq(child1),
             ]
+            if self.config.instances:
+                m.d.sync += child1.level.eq(now.level)
             for ray in range(RAYS):
                 m.submodules[f"{child}_{ray}"] = planes = Planes(fmt)
                 m.d.comb += [
@@ -193,3 +199,13 @@ class Step(wiring.Component):
             self.o_pops.p.depth.eq(depth2),
         ]
         return m
+
+    def _levels(self, m: Module, packets: int) -> tuple[list[Value], list[Value]]:
+        """Level of the ray that is set up, and of the packet whose node comes; where there are."""
+        if not self.config.instances:
+            return [], []
+        visit = self.i_visits  # a packet changes its level elsewhere only
+        levels = Signal(packets)
+        with m.If(visit.valid):
+            m.d.sync += levels.bit_select(visit.p.packet, 1).eq(visit.p.level)
+        return [self.i_setup.p.level], [levels.bit_select(self.i.p.packet, 1)]

@@ -5,13 +5,13 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.rays.packet import RAYS, packet_bits
+from hdl.rays.packet import packet_bits
 from hdl.rays.queue import Queue
-from hdl.rays.stack import Stack, start, tested
+from hdl.rays.stack import Stack, leaf_test, object_root, start, tested
 from hdl.rays.step import Step, node_word, setup
 
 COUNTERS = data.StructLayout({"steps": 32, "tests": 32, "pushes": 32, "pops": 32})
-"""Packets at nodes, packets at triangles, entries put on stacks and taken off."""
+"""Packets at nodes, packets at leaves, entries put on stacks and taken off."""
 
 
 class Traversal(wiring.Component):
@@ -35,9 +35,11 @@ class Traversal(wiring.Component):
     clear : In(1), counters start again
     i_setup : In(stream of setup), taken at once
     i_start : In(stream of start)
+    i_roots : In(stream of object_root), before the start of the packet; taken at once; where there
+        are instances
     o_nodes : Out(stream of {packet, node})
     i_nodes : In(stream of node_word), taken at once
-    o_tests : Out(stream of {packet, triangle, mask: rays that may hit it})
+    o_tests : Out(stream of leaf_test)
     i_tests : In(stream of tested)
     o_done : Out(stream of packets)
     overflow : Out(1), a number has become infinite
@@ -49,6 +51,7 @@ class Traversal(wiring.Component):
     clear: Signal
     i_setup: stream.Interface
     i_start: stream.Interface
+    i_roots: stream.Interface
     o_nodes: stream.Interface
     i_nodes: stream.Interface
     o_tests: stream.Interface
@@ -61,15 +64,16 @@ class Traversal(wiring.Component):
         self.config = config
         packet, pointer = packet_bits(config), config.pointer_bits
         node = data.StructLayout({"packet": packet, "node": pointer})
-        test = data.StructLayout({"packet": packet, "triangle": pointer, "mask": RAYS})
+        roots = In(stream.Signature(object_root(config), always_ready=True))
         super().__init__({
             "root": In(pointer),
             "clear": In(1),
             "i_setup": In(stream.Signature(setup(config), always_ready=True)),
             "i_start": In(stream.Signature(start(config))),
+            **({"i_roots": roots} if config.instances else {}),
             "o_nodes": Out(stream.Signature(node)),
             "i_nodes": In(stream.Signature(node_word(config), always_ready=True)),
-            "o_tests": Out(stream.Signature(test)),
+            "o_tests": Out(stream.Signature(leaf_test(config))),
             "i_tests": In(stream.Signature(tested(config))),
             "o_done": Out(stream.Signature(packet)),
             "overflow": Out(1),
@@ -90,6 +94,8 @@ class Traversal(wiring.Component):
             (self.o_done, stack.o_done),
         ]:
             wiring.connect(m, wiring.flipped(outer), inner)
+        if self.config.instances:
+            wiring.connect(m, wiring.flipped(self.i_roots), stack.i_roots)
         wiring.connect(m, step.o_pops, stack.i_pops)
         wiring.connect(m, step.o_pushes, stack.i_pushes)
         wiring.connect(m, step.o_visits, stack.i_visits)
@@ -113,6 +119,8 @@ class Traversal(wiring.Component):
                 to_test.p.triangle.eq(visit.p.child),
                 to_test.p.mask.eq(visit.p.mask),
             ]
+            if self.config.instances:
+                m.d.comb += to_test.p.level.eq(visit.p.level)
 
         for name, event in [
             ("steps", self.i_nodes.valid),

@@ -66,7 +66,7 @@ def play(
     view = view_of(config.fmt, camera)
     rays = pixels.camera_rays(config.fmt, view)
     all_vertices = len(prepared.image.vertices) * parts.vertex_bytes(config.fmt)
-    hit_bytes = len(rays.pixels) * parts.hit_bytes(config.fmt)
+    hit_bytes = len(rays.pixels) * parts.hit_bytes(config)
     meter.begin("rendering", len(report.frames) * (all_vertices + hit_bytes))
     cycles, overflows = Counter(), Counter()
     found = 0

@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hdl.config import Config
-from hdl.fp.format import F24, FloatFormat
+from hdl.config import FULL, Config
+from hdl.fp.format import FloatFormat
 from hdl.rays.packet import hit, margin, pixel_bits, ray_word
 from hdl.records import vertex, word_bits
 from sim.compiler import fields
 from sim.compiler.image import Image
 from sim.errors import InputError
 
-HIT_FIELDS = tuple(name for name, _ in hit(F24))
-"""Of a hit record, in any format."""
+HIT_FIELDS = tuple(name for name, _ in hit(FULL))
+"""Of a hit record, in any format; with instances there is `instance` as well."""
 
 
 @dataclass(frozen=True)
@@ -158,11 +158,11 @@ def ray_words(
 def hit_words(config: Config, hits: dict[str, np.ndarray]) -> np.ndarray:
     """Words (n, limbs) of hits, of the columns (n,) of their fields."""
     words = np.zeros((len(hits["t"]), word_bits(config.fmt) // 32), np.uint32)
-    for name, field in hit(config.fmt):
+    for name, field in hit(config):
         fields.put(words, field, hits[name])
     return words
 
 
 def hits_of(config: Config, words: np.ndarray) -> dict[str, np.ndarray]:
     """The fields t, u, v, triangle (n,) of hit words: the inverse of `hit_words`."""
-    return {name: fields.get(words, field) for name, field in hit(config.fmt)}
+    return {name: fields.get(words, field) for name, field in hit(config)}
