@@ -138,13 +138,11 @@ class Hits(wiring.Component):
             out.hit.t.eq(of.t),
         ]
         nothing = {part: of[part] == none for part in self.leaf}
-        missed = nothing["triangle"]
         upper = NODE_BITS - self.config.pointer_bits
+        for part, is_none in nothing.items():
+            m.d.comb += out.hit[part].eq(Cat(of[part], is_none.replicate(upper)))
+        missed = nothing["triangle"]
         m.d.comb += [
-            *(
-                out.hit[part].eq(Cat(of[part], is_none.replicate(upper)))
-                for part, is_none in nothing.items()
-            ),
             out.hit.u.eq(Mux(missed, 0, weights.data.u)),
             out.hit.v.eq(Mux(missed, 0, weights.data.v)),
         ]

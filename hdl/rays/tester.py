@@ -8,7 +8,7 @@ from hdl.config import Config
 from hdl.rays.corners import CORNERS, Corners, read, row, word
 from hdl.rays.delay import Pipeline
 from hdl.rays.hits import Hits
-from hdl.rays.packet import AXES, RAYS, hit, level, numbered, packet_bits, sheared_ray
+from hdl.rays.packet import RAYS, hit, level, numbered, packet_bits, sheared_ray
 from hdl.rays.stack import leaf_test, tested
 from hdl.rays.triangle import Intersect
 
@@ -134,8 +134,6 @@ class Tester(wiring.Component):
             ),
             write_ray.data.eq(self.i_rays.p.ray),
         ]
-        if instances:  # in an object it keeps its hit record
-            m.d.comb += hits.i_rays.valid.eq(self.i_rays.valid & ~self.i_rays.p.level)
 
         # A test comes: its triangle and mask wait for the corners.
         triangle = self.config.pointer_bits
@@ -149,8 +147,15 @@ class Tester(wiring.Component):
             corners.i.p.triangle.eq(self.i_tests.p.triangle),
             write_test.en.eq(self.i_tests.valid & self.i_tests.ready),
             write_test.addr.eq(self.i_tests.p.packet),
-            *(write_test.data[name].eq(self.i_tests.p[name]) for name, _ in waiting),
+            write_test.data.triangle.eq(self.i_tests.p.triangle),
+            write_test.data.mask.eq(self.i_tests.p.mask),
         ]
+
+        if instances:  # what a ray has hit stays as it enters an object
+            m.d.comb += [
+                hits.i_rays.valid.eq(self.i_rays.valid & ~self.i_rays.p.level),
+                write_test.data.level.eq(self.i_tests.p.level),
+            ]
 
         # Its corners come: its rays go, one a cycle. Nothing waits from here on.
         turn = Signal(waiting, reset_less=True)  # what is left of a test
@@ -158,7 +163,7 @@ class Tester(wiring.Component):
         busy, first, picked = Signal(), Signal(), Signal(RAYS)
         number = Signal(range(RAYS))
         last = turn.mask == picked
-        place = Cat(number, *(turn.level for _ in level(self.config)), packet)
+        place = Cat(number, turn.level if instances else [], packet)
         m.d.comb += [
             test.addr.eq(corners.o.p),
             corners.o.ready.eq(~busy | last),
@@ -196,7 +201,7 @@ class Tester(wiring.Component):
             intersect.i.valid.eq(reads),
             about.eq(reading),
             entered.ray.eq(ray.data),
-            *(entered[v][a].eq(corners.corners[v][a]) for v in CORNERS for a in AXES),
+            *(entered[v].eq(corners.corners[v]) for v in CORNERS),
         ]
         m.d.comb += [
             intersect.i.p.eq(entered),
