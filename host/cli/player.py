@@ -7,11 +7,11 @@ from time import perf_counter
 
 import numpy as np
 
+from hdl.rays.packet import NO_TRIANGLE
 from host import parts
 from host.cli.meter import Meter
 from host.session import Board
 from sim.model.fp.format import decode
-from sim.model.rays.traversal import NO_TRIANGLE
 from sim.prepare import view_of
 from sim.report import pixels
 from sim.report.painter import Painter

@@ -7,13 +7,14 @@ from time import perf_counter
 import numpy as np
 
 from hdl.fp.format import FloatFormat
+from hdl.rays.packet import NO_TRIANGLE
 from sim.compiler.rays import HIT_FIELDS
 from sim.cosim.stage import Cast, Stage
 from sim.model.fp.format import decode, encode
 from sim.model.fp.order import order_key
 from sim.model.rays.camera import Rays
 from sim.model.rays.setup import ROUNDING_ULPS
-from sim.model.rays.traversal import NO_TRIANGLE, trace
+from sim.model.rays.traversal import trace
 from sim.oracle.classify import CLASSES, Taxonomy, classify
 from sim.oracle.trace import trace as trace_exactly
 from sim.report.mismatch import SHOWN

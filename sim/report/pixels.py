@@ -3,10 +3,10 @@
 import numpy as np
 
 from hdl.fp.format import FloatFormat
+from hdl.rays.packet import NO_TRIANGLE, RAYS
 from sim.compiler.rays import View
 from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import Rays, camera
-from sim.model.rays.traversal import NO_TRIANGLE, RAYS
 from sim.report.light import shadow_rays
 from sim.report.seen import Seen
 from sim.scene.camera import Camera

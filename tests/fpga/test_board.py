@@ -11,13 +11,14 @@ from amaranth.lib.wiring import In, Out
 from fpga.boards import BOARDS
 from fpga.project import project
 from fpga.tools import run_yosys
+from hdl.rays.packet import NO_TRIANGLE
 from host.link.channel import Channel
 from host.link.errors import SessionLost
 from host.session import Board
 from sim.cosim import verilate
 from sim.cosim.board import SimulatedBoard
 from sim.cosim.board_bench import PinsBench
-from sim.model.rays.traversal import NO_TRIANGLE, trace
+from sim.model.rays.traversal import trace
 from sim.model.refit import refit
 from sim.prepare import Prepared, prepare, view_of
 from sim.report.pixels import camera_rays

@@ -8,6 +8,7 @@ import pytest
 from hdl.config import FULL, Config
 from hdl.core import Core, counters
 from hdl.fp.format import FloatFormat
+from hdl.rays.packet import NO_TRIANGLE
 from sim.compiler.rays import (
     HIT_FIELDS,
     View,
@@ -22,7 +23,7 @@ from sim.cosim.machine import Machine, Timing
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import camera
-from sim.model.rays.traversal import NO_TRIANGLE, trace
+from sim.model.rays.traversal import trace
 from sim.model.refit import refit
 from sim.prepare import prepare
 from sim.report.passes import COUNTED

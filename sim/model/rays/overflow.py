@@ -3,11 +3,11 @@
 import numpy as np
 from numba import njit
 
-SETUP, PLANES, TRIANGLES = range(3)
+SETUP, PLANES, TRIANGLES, TRANSFORM = range(4)
 """Places in an array of flags: all of the ray path but the camera."""
 
 
 @njit(cache=True)
 def no_overflows():
     """Flags of which none is set."""
-    return np.zeros(3, np.bool_)
+    return np.zeros(4, np.bool_)

@@ -3,19 +3,18 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from hdl.fp.format import FloatFormat
-from hdl.rays.packet import NO_TRIANGLE, RAYS
+from hdl.rays.packet import RAYS
 from sim.compiler.order import Order
 from sim.model.fp.order import order_key
 from sim.model.rays.overflow import no_overflows
-from sim.model.rays.planes import clip_bits, key_bits
-from sim.model.rays.setup import COLUMNS, margin_scale, one, setup_bits
-from sim.model.rays.triangle import intersect_bits
+from sim.model.rays.packets import trace_bits
+from sim.model.rays.setup import margin_scale, one
+from sim.model.rays.transform import Instances, no_instances
 
-COUNTERS = ("packets", "steps", "tests", "ray_tests", "pushes", "pops", "deepest")
-OVERFLOWS = ("setup", "planes", "triangles")
+COUNTERS = ("packets", "steps", "tests", "ray_tests", "pushes", "pops", "deepest", "entries")
+OVERFLOWS = ("setup", "planes", "triangles", "transform")
 
 
 @dataclass(frozen=True)
@@ -28,17 +27,22 @@ class Hits:
         t is in directions, u and v weigh vertices 1 and 2; where nothing was hit, t is t_max.
     triangle : (n,) int64
         Triangle record, or NO_TRIANGLE.
+    instance : (n,) int64
+        Leaf record through which the ray entered the triangle's object, or NO_TRIANGLE.
     counters : dict
-        packets, steps (packets at nodes), tests (packets at triangles), ray_tests (rays of
-        them that were still in question), pushes, pops, deepest (most entries on one stack).
+        packets, steps (packets at nodes), tests (packets at leaves), ray_tests (rays of those at
+        triangles that were still in question), pushes, pops, deepest (most entries on one stack),
+        entries (packets at instances).
     overflows : dict
-        Of setup, planes and triangles, whether finite numbers became infinite there.
+        Of setup, planes, triangles and, with instances, transform, whether finite numbers became
+        infinite there.
     """
 
     t: np.ndarray
     u: np.ndarray
     v: np.ndarray
     triangle: np.ndarray
+    instance: np.ndarray
     counters: dict[str, int]
     overflows: dict[str, bool]
 
@@ -55,6 +59,8 @@ def trace(
     *,
     stack_depth: int = 64,
     margin: int | None = None,
+    root: int | None = None,
+    instances: Instances | None = None,
 ) -> Hits:
     """First hits of rays in packets of four, in their order. All numbers are bit patterns.
 
@@ -64,27 +70,36 @@ def trace(
     if no ray is in both); the other waits on the stack. Of hits with equal t the lower triangle
     counts, and t_min <= t <= t_max. (Woop, Marmitt, Slusallek 2006, traversal of B-KD trees.)
 
+    At an instance the rays in question go on at the root of its object, in the frame of that and
+    from t_min to t_max again, with their hits so far. Of hits with equal t that of the lower
+    instance counts, that of a triangle in the world last.
+
     Parameters
     ----------
     fmt : FloatFormat
     order : Order
     bounds : (N, 4) int64
     corners : (L, 3, 3) int64
-        Coordinates of the corners of each leaf.
+        Coordinates of the corners of each leaf; of an instance they do not matter.
     origins, directions : (n, 3) int64
         n is a multiple of 4. A ray with t_min above t_max is not there.
     t_min, t_max : (n,) int64
     stack_depth : int
     margin : int
         Pattern, as of hdl.records.scene; that which rounding asks for, if it is not given.
+    root : int
+        The node at which packets begin; the last one, if it is not given.
+    instances : Instances
+        Those among the leaves; none, if it is not given. No leaf of an object is one.
     """
     rays = len(origins)
     if rays % RAYS:
         raise ValueError(f"{rays} rays are no whole number of packets of {RAYS}")
-    hits = np.empty((rays, 4), np.int64)
+    hits = np.empty((rays, 5), np.int64)
+    of = no_instances(len(corners)) if instances is None else instances
     counts = np.zeros(len(COUNTERS), np.int64)
     overflows = no_overflows()
-    _trace(
+    trace_bits(
         fmt.exp_bits,
         fmt.man_bits,
         one(fmt),
@@ -93,6 +108,10 @@ def trace(
         order.axis,
         bounds,
         corners,
+        of.of_leaf,
+        of.rows,
+        of.roots,
+        len(order.children) - 1 if root is None else root,
         origins,
         directions,
         np.stack([t_min, t_max], axis=1),
@@ -102,115 +121,8 @@ def trace(
         overflows,
         stack_depth,
     )
-    t, u, v, triangle = hits.T
     counters: dict[str, int] = dict(zip(COUNTERS, counts.tolist(), strict=True))
-    return Hits(t, u, v, triangle, counters, dict(zip(OVERFLOWS, overflows.tolist(), strict=True)))
-
-
-@njit(cache=True)
-def _trace(
-    exp_bits,
-    man_bits,
-    one,
-    scale,
-    children,
-    axes,
-    bounds,
-    corners,
-    origins,
-    directions,
-    limits,
-    limit_keys,
-    hits,
-    counts,
-    overflows,
-    stack_depth,
-):
-    rows = np.empty((RAYS, COLUMNS), np.int64)
-    sheared = np.empty((3, 3), np.int64)
-    near, far = np.empty(RAYS, np.int64), np.empty(RAYS, np.int64)
-    nears, fars = np.empty((2, RAYS), np.int64), np.empty((2, RAYS), np.int64)
-    best = np.empty(RAYS, np.int64)  # key of t of the hit so far
-    stack = np.empty(stack_depth, np.int64)
-    stack_near = np.empty((stack_depth, RAYS), np.int64)
-    stack_far = np.empty((stack_depth, RAYS), np.int64)
-    for packet in range(len(origins) // RAYS):
-        base = packet * RAYS
-        alive = False
-        for ray in range(RAYS):
-            setup_bits(
-                exp_bits, man_bits, one, scale, origins[base + ray], directions[base + ray],
-                rows[ray], overflows,
-            )  # fmt: skip
-            near[ray], far[ray] = limit_keys[base + ray]
-            best[ray] = far[ray]
-            hits[base + ray] = (limits[base + ray, 1], 0, 0, NO_TRIANGLE)
-            alive = alive or near[ray] <= far[ray]
-        counts[0] += 1
-        child = len(children) - 1  # the root
-        depth = 0
-        while alive:
-            if child >= 0:
-                counts[1] += 1
-                node, axis = child, axes[child]
-                reached_left = reached_right = left_first = decided = False
-                for ray in range(RAYS):
-                    in_child = [False, False]
-                    for side in range(2):
-                        nears[side, ray], fars[side, ray] = clip_bits(
-                            exp_bits,
-                            man_bits,
-                            rows[ray],
-                            axis,
-                            bounds[node, 2 * side],
-                            bounds[node, 2 * side + 1],
-                            near[ray],
-                            far[ray],
-                            overflows,
-                        )
-                        end = min(fars[side, ray], best[ray])
-                        in_child[side] = nears[side, ray] <= end
-                    reached_left = reached_left or in_child[0]
-                    reached_right = reached_right or in_child[1]
-                    if in_child[0] and in_child[1] and not decided:
-                        decided = True
-                        left_first = nears[0, ray] <= nears[1, ray]
-                if reached_left or reached_right:
-                    side = 0 if reached_left else 1
-                    if reached_left and reached_right:
-                        side = 0 if left_first or not decided else 1
-                        stack[depth] = children[node, 1 - side]
-                        stack_near[depth] = nears[1 - side]
-                        stack_far[depth] = fars[1 - side]
-                        depth += 1
-                        counts[4] += 1
-                        counts[6] = max(counts[6], depth)
-                    child = children[node, side]
-                    near[:] = nears[side]
-                    far[:] = fars[side]
-                    continue
-            else:
-                counts[2] += 1
-                for ray in range(RAYS):
-                    if near[ray] > min(far[ray], best[ray]):
-                        continue
-                    counts[3] += 1
-                    hit, t, u, v = intersect_bits(
-                        exp_bits, man_bits, rows[ray], corners[~child], sheared, overflows
-                    )
-                    key = key_bits(exp_bits, man_bits, t)
-                    if (
-                        hit
-                        and limit_keys[base + ray, 0] <= key
-                        and (key < best[ray] or (key == best[ray] and ~child < hits[base + ray, 3]))
-                    ):
-                        best[ray] = key
-                        hits[base + ray] = (t, u, v, ~child)
-            alive = False
-            while depth and not alive:
-                depth -= 1
-                counts[5] += 1
-                for ray in range(RAYS):
-                    near[ray], far[ray] = stack_near[depth, ray], stack_far[depth, ray]
-                    alive = alive or near[ray] <= min(far[ray], best[ray])
-                child = stack[depth]
+    infinite = dict(zip(OVERFLOWS, overflows.tolist(), strict=True))
+    if instances is None:
+        del infinite["transform"]
+    return Hits(*hits.T, counters, infinite)

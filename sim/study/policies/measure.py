@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from hdl.config import FULL
+from hdl.rays.packet import NO_TRIANGLE
 from sim.command import checked, format_of
 from sim.compiler.rays import HIT_FIELDS
 from sim.errors import InputError
 from sim.model.rays.camera import Rays
-from sim.model.rays.traversal import NO_TRIANGLE, Hits
+from sim.model.rays.traversal import Hits
 from sim.model.refit import refit
 from sim.prepare import Prepared, prepare, spread, view_of
 from sim.report.passes import class_counts, differences

@@ -6,13 +6,13 @@ import numpy as np
 
 from hdl.config import FULL, Config
 from hdl.fp.format import FloatFormat
+from hdl.rays.packet import NO_TRIANGLE
 from sim.command import checked, format_of
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Cast, Stage
 from sim.errors import InputError
 from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import Rays
-from sim.model.rays.traversal import NO_TRIANGLE
 from sim.oracle.trace import trace
 from sim.prepare import Prepared, prepare, view_of
 from sim.report.passes import check_pass

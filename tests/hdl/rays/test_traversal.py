@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from hdl.config import FULL
+from hdl.rays.packet import NO_TRIANGLE
 from hdl.rays.queue import Queue
 from hdl.rays.stack import Stack
 from hdl.rays.step import Step
 from hdl.rays.traversal import Traversal
 from sim.cosim.verilate import simulator
-from sim.model.rays.traversal import NO_TRIANGLE, trace
+from sim.model.rays.traversal import trace
 from tests.harness import one_of, run_cocotb
 from tests.hdl.rays.scenes import RAYS, walk
 from tests.hdl.rays.traversal_bench import CONFIGS, Bench, scene

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hdl.config import FULL
+from hdl.rays.packet import NO_TRIANGLE
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Stage
 from sim.cosim.verilate import simulator
 from sim.errors import InputError
 from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import Rays
-from sim.model.rays.traversal import NO_TRIANGLE
 from sim.prepare import Prepared, prepare
 from sim.report.passes import check_pass
 from sim.scene.builtin.shapes import sphere

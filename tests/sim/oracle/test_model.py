@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hdl.config import FULL
+from hdl.rays.packet import NO_TRIANGLE
 from sim.model.fp.format import decode, encode
-from sim.model.rays.traversal import NO_TRIANGLE
 from sim.model.rays.traversal import trace as model_trace
 from sim.model.refit import refit
 from sim.oracle.classify import classify
