@@ -119,6 +119,7 @@ def forest(fmt: FloatFormat, rng, *, matrices: str = WELL, size: int = 12) -> Fo
         rows[2] = encode(fmt, rng.normal(size=(3, 4)) * 2.0 ** rng.integers(-9, 9, (3, 4)))
         rows[4, rng.integers(3), rng.integers(4)] = encode(fmt, np.inf)
         rows[5, :, :3] = encode(fmt, -0.0)
+        rows[6, 0] = encode(fmt, 1.9 * 2.0**fmt.max_exp)
 
     # Leaves of the world: instances and triangles, in the order that a tree over boxes gives them.
     triangles = rng.uniform(-1, 1, (6, 1, 3)) + rng.uniform(-0.3, 0.3, (6, 3, 3))
