@@ -120,7 +120,7 @@ class Transform(wiring.Component):
             "t": Mux(reaches, half.t, never),
         }
         late = {
-            name: p.at(p.input(name, Value.cast(value)), self.last)
+            name: Value.cast(p.at(p.input(name, Value.cast(value)), self.last))
             for name, value in fields.items()
         }
         kept = Signal(data.ArrayLayout(fmt.layout, cycles - 1), reset_less=True)

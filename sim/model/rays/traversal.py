@@ -125,4 +125,5 @@ def trace(
     infinite = dict(zip(OVERFLOWS, overflows.tolist(), strict=True))
     if instances is None:
         del infinite["transform"]
-    return Hits(*hits.T, counters, infinite)
+    t, u, v, triangle, instance = hits.T
+    return Hits(t, u, v, triangle, instance, counters, infinite)
