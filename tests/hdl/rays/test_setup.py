@@ -148,7 +148,8 @@ async def equals_model(dut, idle, slow):
 
 @cocotb.test(timeout_time=10, timeout_unit="ms")
 @cocotb.parametrize((
-    ("idle", "busy", "numbers"), [(0.0, 0.0, True), (0.95, 0.3, True), (0.0, 0.0, False)]
+    ("idle", "busy", "numbers"),
+    [(0.0, 0.0, True), (0.95, 0.3, True), (0.0, 0.0, False)],
 ))
 async def objects_go_first(dut, idle, busy, numbers):
     """Packets of the world and of objects, each in their order, and never mixed."""

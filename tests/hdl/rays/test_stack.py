@@ -23,6 +23,7 @@ CONFIGS = {
     "one": Config(FloatFormat(2, 1), packets=1, stack_depth=1),
     "small": Config(FloatFormat(3, 2), packets=3, stack_depth=5),
     "full": FULL,
+    "objects": Config(FloatFormat(3, 2), packets=4, stack_depth=5, instances=True),
 }
 PACKETS = 300 if simulator() == "verilator" else 100
 RAYS = 4
@@ -39,7 +40,9 @@ class Bench:
         self.unit = unbuilt(Stack(self.config))
         self.rng = np.random.default_rng(random.getrandbits(32))
         self.free = list(range(self.config.packets))
-        self.stacks: dict[int, list] = {}  # of (child, is_leaf, intervals), in order keys
+        self.stacks: dict[int, list] = {}  # of (child, is_leaf, level, intervals), in order keys
+        self.enters: deque[tuple[int, list]] = deque()  # packets and intervals
+        self.entered = 0
         self.best: dict[int, list[int]] = {}
         self.expected: dict[int, dict | None] = {}  # None: it is done
         self.actions: dict[int, deque] = {}  # ports and payloads to come, of each packet
@@ -77,12 +80,13 @@ class Bench:
             if not entry:
                 entry = stack.pop()
                 self.popped += 1
-            child, is_leaf, intervals = entry
+            child, is_leaf, level, intervals = entry
             cut = [(near, min(far, best[k])) for k, (near, far) in enumerate(intervals)]
             mask = sum(1 << k for k, (near, far) in enumerate(cut) if near <= far)
             if mask:
                 fields = {"packet": packet, "depth": len(stack), "mask": mask}
                 fields |= {"child": child, "is_leaf": is_leaf} | self.patterns(cut)
+                fields |= {"level": level} if self.config.instances else {}
                 self.expected[packet] = fields
                 return
             self.dropped += 1
@@ -96,12 +100,21 @@ class Bench:
         for _ in range(random.choice([0, 0, 0, 1, 2, self.config.stack_depth])):
             if len(stack) == self.config.stack_depth:
                 break
-            entry = (random.getrandbits(28), random.getrandbits(1), self.intervals())
+            level = random.getrandbits(1) if self.config.instances else 0
+            entry = (random.getrandbits(28), random.getrandbits(1), level, self.intervals())
             stack.append(entry)
             visit = {"packet": packet, "depth": len(stack)}
-            entry = {"child": entry[0], "is_leaf": entry[1]} | self.patterns(entry[2])
+            entry = {"child": entry[0], "is_leaf": entry[1]} | self.patterns(entry[3])
+            entry |= {"level": level} if self.config.instances else {}
             push = self.pack("i_pushes", visit | entry)
             actions.append([("i_pushes", push), ("i_visits", self.pack("i_visits", visit))])
+        if self.config.instances and random.random() < 0.3:
+            root, intervals = random.getrandbits(28), self.intervals()
+            word = self.pack("i_roots", {"packet": packet, "root": root})
+            actions.append([("i_roots", word), ("enter", (packet, intervals))])
+            self.entered += 1
+            self.expect(packet, (root, 0, 1, intervals))
+            return
         if random.random() < 0.5:
             fields = {"packet": packet, "depth": len(stack)}
             actions.append([("i_pops", self.pack("i_pops", fields))])
@@ -118,7 +131,9 @@ class Bench:
 
     async def step_side(self):
         """One action of a packet a cycle."""
-        ports = ("i_pushes", "i_visits", "i_pops")
+        ports = ["i_pushes", "i_visits", "i_pops"]
+        if self.config.instances:
+            ports.append("i_roots")
         while True:
             for port in ports:
                 self.port(f"{port}__valid").value = 0
@@ -127,6 +142,8 @@ class Bench:
                 for port, word in self.actions[random.choice(able)].popleft():
                     if port == "test":
                         self.tests.append((now(), word))
+                    elif port == "enter":
+                        self.enters.append(word)
                     else:
                         self.port(f"{port}__payload").value = word
                         self.port(f"{port}__valid").value = 1
@@ -147,15 +164,22 @@ class Bench:
 
     async def start_side(self):
         valid, ready = self.port("i_start__valid"), self.port("i_start__ready")
-        for _ in range(self.left):
-            while not self.free:
+        left = self.left
+        while left or self.config.instances:
+            while not self.enters and not (self.free and left):
                 await RisingEdge(self.dut.clk)
-            packet = self.free.pop(random.randrange(len(self.free)))
-            intervals = self.intervals()
-            self.stacks[packet] = []
-            self.best[packet] = [far for _, far in intervals]
-            self.expect(packet, (ROOT, 0, intervals))
-            fields = {"packet": packet} | self.patterns(intervals)
+            if self.enters:
+                packet, intervals = self.enters.popleft()
+                level = {"level": 1}
+            else:
+                left -= 1
+                packet = self.free.pop(random.randrange(len(self.free)))
+                intervals = self.intervals()
+                self.stacks[packet] = []
+                self.best[packet] = [far for _, far in intervals]
+                self.expect(packet, (ROOT, 0, 0, intervals))
+                level = {}
+            fields = {"packet": packet} | level | self.patterns(intervals)
             self.port("i_start__payload").value = self.pack("i_start", fields)
             valid.value = 1
             await RisingEdge(self.dut.clk)
@@ -165,7 +189,9 @@ class Bench:
 
     async def run(self, busy: float) -> int:
         """All packets; returns the entries taken off."""
-        ports = ("i_start", "i_tests", "i_pops", "i_pushes", "i_visits")
+        ports = ["i_start", "i_tests", "i_pops", "i_pushes", "i_visits"]
+        if self.config.instances:
+            ports.append("i_roots")
         inputs = {f"{port}__valid": 0 for port in ports} | {"root": ROOT, "o_done__ready": 0}
         await start(self.dut, **{f"{self.name}__{k}": v for k, v in inputs.items()})
         sides = (self.step_side(), self.test_side(), self.start_side())
@@ -202,6 +228,7 @@ async def equals_lists(dut, busy):
     assert await bench.run(busy) == bench.popped
     assert bench.popped > PACKETS // 3
     assert bench.dropped > PACKETS // 10
+    assert bench.entered > PACKETS // 10 or not bench.config.instances
 
 
 @pytest.mark.parametrize("name", CONFIGS)
