@@ -13,7 +13,7 @@ from hdl import records
 from hdl.config import Config
 from hdl.fp.format import FloatFormat
 from hdl.rays import tester  # pytest would collect a Tester
-from hdl.rays.packet import NO_TRIANGLE, RAYS
+from hdl.rays.packet import NO_TRIANGLE, RAYS, hit
 from sim.cosim.verilate import simulator
 from sim.model.fp.format import encode
 from sim.model.fp.order import order_key
@@ -28,6 +28,7 @@ from tests.streams import now, put, start, take
 CONFIGS = {
     "one": Config(FloatFormat(2, 1), packets=1, address_bits=8, cache_words=16),
     "twelve": Config(FloatFormat(3, 3), packets=12, address_bits=12),
+    "objects": Config(FloatFormat(3, 3), packets=12, address_bits=12, instances=True),
 }
 TRIANGLES = 60
 ROUNDS = 12 if simulator() == "verilator" else 2  # packets of each number
@@ -44,6 +45,7 @@ class Bench:
         self.fmt = self.config.fmt
         self.triangles, self.vertices = self.rng.integers(0, 1 << self.config.address_bits, 2)
         self.tests = self.ray_tests = 0
+        self.stuck = False  # no one takes entries
         self.reads: list[int] = []  # cycles
         self.words: list[int] = []
         self.answers: list[int] = []
@@ -58,10 +60,17 @@ class Bench:
         again = rng.random(TRIANGLES) < 0.5
         self.indices[again] = self.indices[rng.integers(0, TRIANGLES, again.sum())]
         self.points = points
+        self.is_instance = rng.random(TRIANGLES) < 0.2  # a machine without does not look at it
+        self.rows = rng.integers(0, 1 << self.fmt.bits, (30, 5))
+        leaves = np.column_stack([self.indices, self.is_instance])
+        if config.instances:
+            leaves[self.is_instance, :3] = rng.integers(100, 130, (self.is_instance.sum(), 3))
+        self.indices = leaves[:, :3]
         self.memory = {}
         for base, layout, rows in (
-            (self.triangles, records.TRIANGLE, self.indices),
+            (self.triangles, records.TRIANGLE, leaves),
             (self.vertices, records.vertex(self.fmt), points),
+            (self.vertices + 100, records.row(self.fmt), self.rows),
         ):
             columns = dict(zip(dict(layout), rows.T, strict=True))
             for k, bits in enumerate(pack(layout, self.fmt, columns)):
@@ -81,7 +90,9 @@ class Bench:
         return {name: bits >> at & (1 << width) - 1 for name, at, width in places}
 
     async def begin(self, *, busy: float, latency: int):
-        outputs, inputs = ("o_tests", "o_hits"), ("i_rays", "i_tests", "i_done")
+        outputs, inputs = ["o_tests", "o_hits"], ("i_rays", "i_tests", "i_done")
+        if self.config.instances:
+            outputs.append("o_entries")
         await start(
             self.dut,
             **{f"{self.name}__{port}__valid": 0 for port in (*inputs, "i_words")},
@@ -107,6 +118,8 @@ class Bench:
 
     async def _receive(self, port):
         while True:
+            while self.stuck and port == "o_entries":
+                await RisingEdge(self.dut.clk)
             (bits,) = await take(self.dut, f"{self.name}__{port}", 1, self.busy)
             if port == "o_tests":
                 self.answers.append(now())
@@ -138,9 +151,13 @@ class Bench:
                 due.append((now() + self.latency - 1, tag | word << part_bits))
                 self.reads.append(now())
 
-    async def set_up(self, packet: int) -> "Packet":
-        """Send the rays of a packet."""
-        rays = Packet(self)
+    async def set_up(self, packet: int, rays: "Packet | None" = None) -> "Packet":
+        """Send the rays of a packet: in the world, or where it has such for an object."""
+        level = {"level": int(rays is not None)} if self.config.instances else {}
+        if rays is None:
+            rays = Packet(self)
+        else:
+            rays.enter()
         for number in range(RAYS):
             row = rays.rows[number]
             self.to["i_rays"].put_nowait(
@@ -148,7 +165,8 @@ class Bench:
                     "i_rays",
                     packet=packet,
                     number=number,
-                    t_max=rays.hits[number][0],
+                    t_max=rays.hits[number][0] if not any(level.values()) else 0,
+                    **level,
                     **{"ray.axis": row[AXIS_Z], "ray.t_min": rays.t_min[number]},
                     **{f"ray.origin.{a}": row[ORIGIN + k] for k, a in enumerate("xyz")},
                     **{f"ray.shear.{a}": row[SHEAR_X + k] for k, a in enumerate("xyz")},
@@ -163,21 +181,32 @@ class Bench:
 
     def test(self, packet: int, rays: "Packet", triangle: int, mask: int) -> int:
         """Send a test, and say which answer is to come."""
+        level = {"level": int(rays.instance != NO_TRIANGLE)} if self.config.instances else {}
         self.to["i_tests"].put_nowait(
-            self.payload("i_tests", packet=packet, triangle=triangle, mask=mask)
+            self.payload("i_tests", packet=packet, triangle=triangle, mask=mask, **level)
         )
         self.tests += 1
+        if self.config.instances and self.is_instance[triangle]:
+            return self._entry(packet, triangle, mask)
         self.ray_tests += mask.bit_count()
         rays.meet(triangle, mask)
         t = {f"t.{k}": rays.hits[k][0] for k in range(RAYS)}
         return self.payload("o_tests", packet=packet, **t)
 
+    def _entry(self, packet: int, leaf: int, mask: int) -> int:
+        rows = self.rows[self.indices[leaf] - 100]
+        fields = {"packet": packet, "mask": mask, "root": rows[0, 4]}
+        for k in range(3):
+            for column, name in enumerate(("x", "y", "z", "offset")):
+                fields[f"rows.{k}.{name}"] = rows[k, column]
+        return self.payload("o_entries", **fields)
+
     async def finish(self, packet: int, rays: "Packet"):
         self.to["i_done"].put_nowait(packet)
         for number in range(RAYS):
             got = self.fields("o_hits", await self.of[packet]["o_hits"].get())
-            names = ("hit.t", "hit.u", "hit.v", "hit.triangle")
-            want = dict(zip(names, map(int, rays.hits[number]), strict=True))
+            names = [f"hit.{name}" for name, _ in hit(self.config)]
+            want = dict(zip(names, map(int, rays.hits[number]), strict=False))
             assert got == {"packet": packet, "number": number, **want}
 
     def check_counters(self):
@@ -191,18 +220,31 @@ class Packet:
     def __init__(self, bench: Bench):
         fmt, rng = bench.fmt, bench.rng
         self.bench = bench
+        self._rays()
+        self.world, self.instance = (self.rows, self.t_min), NO_TRIANGLE
+        t_max = encode(fmt, rng.choice([np.inf, np.inf, 1.0, 2.0, -np.inf], RAYS))
+        self.hits = [(int(t), 0, 0, NO_TRIANGLE, NO_TRIANGLE) for t in t_max]
+
+    def _rays(self):
+        fmt, rng = self.bench.fmt, self.bench.rng
         origins, directions, _ = grid(fmt, rng, RAYS)
         self.rows = setup(fmt, origins, directions)
         self.t_min = encode(fmt, rng.choice([0.0, -0.0, 0.25, 1.0, -np.inf, np.inf], RAYS))
-        t_max = encode(fmt, rng.choice([np.inf, np.inf, 1.0, 2.0, -np.inf], RAYS))
-        self.hits = [(int(t), 0, 0, NO_TRIANGLE) for t in t_max]
+
+    def enter(self):
+        """It has other rays in an object, whose instance has been set."""
+        self._rays()
+
+    def leave(self):
+        """Back to the world."""
+        (self.rows, self.t_min), self.instance = self.world, NO_TRIANGLE
 
     def meet(self, triangle: int, mask: int):
         fmt, corners = self.bench.fmt, self.bench.points[self.bench.indices[triangle]]
         for k in range(RAYS):
             if not mask >> k & 1:
                 continue
-            hit, *where = intersect_bits(
+            meets, *where = intersect_bits(
                 fmt.exp_bits,
                 fmt.man_bits,
                 self.rows[k],
@@ -211,16 +253,9 @@ class Packet:
                 no_overflows(),
             )
             key, best = order_key(fmt, where[0]), order_key(fmt, self.hits[k][0])
-            if (
-                hit
-                and order_key(fmt, self.t_min[k]) <= key
-                and (key, triangle)
-                < (
-                    best,
-                    self.hits[k][3],
-                )
-            ):
-                self.hits[k] = (*where, triangle)
+            first = (key, self.instance, triangle) < (best, self.hits[k][4], self.hits[k][3])
+            if meets and order_key(fmt, self.t_min[k]) <= key and first:
+                self.hits[k] = (*where, triangle, self.instance)
 
 
 @cocotb.test(timeout_time=10, timeout_unit="ms")
@@ -228,30 +263,46 @@ class Packet:
 async def equals_model(dut, busy, latency):
     bench = Bench(dut)
     await bench.begin(busy=busy, latency=latency)
-    hit = ties = 0
+    hits = ties = entered = inside = 0
 
     async def live(packet: int):
-        nonlocal hit, ties
+        nonlocal hits, ties, entered, inside
         for _ in range(ROUNDS):
             rays = await bench.set_up(packet)
             first = {}
             for _ in range(random.randrange(30)):
                 triangle, mask = random.randrange(TRIANGLES), random.randrange(1, 1 << RAYS)
+                if bench.config.instances:
+                    if random.random() < 0.2:
+                        rays.leave()
+                    if bench.is_instance[triangle] and rays.instance == NO_TRIANGLE:
+                        want = bench.test(packet, rays, triangle, mask)
+                        got = await bench.of[packet]["o_entries"].get()
+                        assert got == want, f"packet {packet}: {bench.fields('o_entries', got)}"
+                        rays.instance = triangle
+                        await bench.set_up(packet, rays)
+                        entered += 1
+                        continue
+                    if bench.is_instance[triangle]:
+                        continue
                 want = bench.test(packet, rays, triangle, mask)
                 got = await bench.of[packet]["o_tests"].get()
                 assert got == want, f"packet {packet}: {bench.fields('o_tests', got)}"
-                for k, (t, _, _, best) in enumerate(rays.hits):
+                for k, (t, _, _, *best) in enumerate(rays.hits):
                     ties += first.get(k, (t, best))[0] == t and first.get(k, (t, best))[1] != best
                     first[k] = (t, best)
             await bench.finish(packet, rays)
-            hit += sum(h[3] != NO_TRIANGLE for h in rays.hits)
+            hits += sum(h[3] != NO_TRIANGLE for h in rays.hits)
+            inside += sum(h[4] != NO_TRIANGLE for h in rays.hits)
 
     tasks = [cocotb.start_soon(live(packet)) for packet in range(bench.config.packets)]
     for task in tasks:
         await task
     bench.check_counters()
     if bench.name == "twelve":
-        assert hit > 10 * ROUNDS and ties > ROUNDS // 3, f"{hit} hits, {ties} ties"
+        assert hits > 10 * ROUNDS and ties > ROUNDS // 3, f"{hits} hits, {ties} ties"
+    if bench.config.instances:
+        assert inside > ROUNDS and hits > inside and entered > ROUNDS, (hits, inside, entered)
     getattr(dut, f"{bench.name}__clear").value = 1
     for _ in range(3):
         await RisingEdge(dut.clk)
@@ -265,8 +316,9 @@ async def rate_and_latency(dut, mask):
     await bench.begin(busy=0.0, latency=10)
     packets = range(bench.config.packets)
     rays = [await bench.set_up(packet) for packet in packets]
+    triangles = np.flatnonzero(~bench.is_instance).tolist()
     for packet in packets:
-        bench.test(packet, rays[packet], packet, mask)
+        bench.test(packet, rays[packet], triangles[packet], mask)
     while len(bench.answers) < len(packets):
         await RisingEdge(dut.clk)
     if len(packets) == 1:
@@ -274,10 +326,34 @@ async def rate_and_latency(dut, mask):
         waited = bench.answers[0] - bench.words[-1]
         assert waited == bench.tester.latency + mask.bit_count()
     else:
-        assert bench.reads == list(range(bench.reads[0], bench.reads[0] + 48)), "one a cycle"
-        assert bench.words[-1] - bench.words[0] == 47
+        reads = 4 * len(packets)
+        assert bench.reads == list(range(bench.reads[0], bench.reads[0] + reads)), "one a cycle"
+        assert bench.words[-1] - bench.words[0] == reads - 1
         gap = max(3, mask.bit_count())  # records came before
-        assert np.diff(bench.answers).tolist() == [gap] * 11
+        assert np.diff(bench.answers).tolist() == [gap] * (len(packets) - 1)
+
+
+@cocotb.test(timeout_time=1, timeout_unit="ms")
+async def instances_leave_in_time(dut):
+    """Four cycles after their last word; and those that nobody takes keep no triangle waiting."""
+    bench = Bench(dut)
+    if not bench.config.instances:
+        return
+    await bench.begin(busy=0.0, latency=3)
+    instances, triangles = (np.flatnonzero(bench.is_instance == x).tolist() for x in (True, False))
+    rays = [await bench.set_up(packet) for packet in range(bench.config.packets)]
+    valid = getattr(dut, f"{bench.name}__o_entries__valid")
+    bench.test(0, rays[0], instances[0], 15)
+    while not valid.value:
+        await RisingEdge(dut.clk)
+    assert now() - bench.words[-1] == 5, "seen the cycle after"
+    bench.stuck = True
+    for _ in range(2):
+        await RisingEdge(dut.clk)
+    for packet in (1, 2, 3):
+        bench.test(packet, rays[packet], instances[packet % len(instances)], 15)
+    want = bench.test(4, rays[4], triangles[0], 15)
+    assert await bench.of[4]["o_tests"].get() == want
 
 
 @pytest.mark.parametrize("name", CONFIGS)
