@@ -1,6 +1,6 @@
 """Rays and trees for the traversal unit, and the way of each packet, step by step."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -50,6 +50,9 @@ class Scene:
     origins, directions : (n, 3)
     limits : (n, 2), of t
     rows : (n, COLUMNS), of sim.model.rays.setup
+    instances : dict
+        Of leaves that are instances: a node at which packets go on, and the rows of their rays
+        there. Below such a node there is no instance.
     """
 
     fmt: FloatFormat
@@ -60,6 +63,7 @@ class Scene:
     directions: np.ndarray
     limits: np.ndarray
     rows: np.ndarray
+    instances: dict[int, tuple[int, np.ndarray]] = field(default_factory=dict)
 
     @property
     def packets(self) -> int:
@@ -89,12 +93,14 @@ class Visit(NamedTuple):
     mask : rays that reach it
     best : t of the hit of each ray so far, after the visit
     pops : entries taken off the stack before it
+    level : 1 in an object
     """
 
     child: int
     mask: int
     best: list[int]
     pops: int
+    level: int
 
 
 @dataclass
@@ -125,7 +131,7 @@ def walk(scene: Scene, packet: int) -> Walk:
     """What the docstring of sim.model.rays.traversal.trace says, in plain words."""
     fmt = scene.fmt
     form = fmt.exp_bits, fmt.man_bits
-    rows = scene.rows[RAYS * packet :][:RAYS]
+    rows = {0: scene.rows[RAYS * packet :][:RAYS]}
     limits = scene.limits[RAYS * packet :][:RAYS]
     keys = order_key(fmt, limits).tolist()
     best = [far for _, far in keys]
@@ -134,21 +140,29 @@ def walk(scene: Scene, packet: int) -> Walk:
     def reach(intervals) -> list[bool]:
         return [near <= far and near <= best[k] for k, (near, far) in enumerate(intervals)]
 
-    stack = [(len(scene.bounds) - 1, keys)]
+    stack = [(len(scene.bounds) - 1, 0, keys)]
+    nowhere = order_key(fmt, encode(fmt, [np.inf, -np.inf])).tolist()
     first, before = True, 0
     while stack:
         way.deepest = max(way.deepest, len(stack) - first)
-        child, intervals = stack.pop()
+        child, level, intervals = stack.pop()
         way.pops += not first
         first = False
         while any(reach(intervals)):
             inside = reach(intervals)
-            if child < 0:
-                _test(scene, form, rows, keys, ~child, inside, best, way.hits)
+            enters = child < 0 and ~child in scene.instances
+            if child < 0 and not enters:
+                _test(scene, form, rows[level], keys, ~child, inside, best, way.hits)
             mask = sum(1 << k for k in range(RAYS) if inside[k])
             t = from_key(fmt, np.array(best)).tolist()
-            way.visits.append(Visit(child, mask, t, way.pops - before))
+            way.visits.append(Visit(child, mask, t, way.pops - before, level))
             before = way.pops
+            if enters:
+                root, of_object = scene.instances[~child]
+                rows[1] = of_object[RAYS * packet :][:RAYS]
+                intervals = [keys[k] if inside[k] else nowhere for k in range(RAYS)]
+                child, level = root, 1
+                continue
             if child < 0:
                 break
             sides = []
@@ -156,21 +170,22 @@ def walk(scene: Scene, packet: int) -> Walk:
                 low, high = scene.bounds[child, 2 * side : 2 * side + 2].tolist()
                 axis = int(scene.order.axis[child])
                 sides.append([
-                    clip_bits(*form, rows[k], axis, low, high, *intervals[k], no_overflows())
+                    clip_bits(*form, rows[level][k], axis, low, high, *intervals[k], no_overflows())
                     for k in range(RAYS)
                 ])
             left, right = sides
             in_both = [k for k in range(RAYS) if reach(left)[k] and reach(right)[k]]
             swapped = bool(in_both) and left[in_both[0]][0] > right[in_both[0]][0]
-            entries = list(zip(scene.order.children[child].tolist(), sides, strict=True))
-            entries = [e for e in entries[:: -1 if swapped else 1] if any(reach(e[1]))]
+            children = scene.order.children[child].tolist()
+            entries = [(c, level, side) for c, side in zip(children, sides, strict=True)]
+            entries = [e for e in entries[:: -1 if swapped else 1] if any(reach(e[2]))]
             if not entries:
                 break
             if len(entries) == 2:
                 stack.append(entries[1])
                 way.pushes += 1
                 way.deepest = max(way.deepest, len(stack))
-            child, intervals = entries[0]
+            child, level, intervals = entries[0]
     way.best = from_key(fmt, np.array(best)).tolist()
     return way
 
@@ -242,3 +257,22 @@ def any_scene(config: Config, rng, tree: Order, packets: int) -> Scene:
     scale = int(weighted(fmt, rng, 1, 1)[0, 0]) & ((1 << (fmt.bits - 1)) - 1)
     rows = setup_rows(fmt, origins, directions, scale)
     return Scene(fmt, tree, bounds, corners, origins, directions, limits, rows)
+
+
+def with_instances(scene: Scene, rng) -> Scene:
+    """A scene some of whose leaves stand for a part of its own tree, seen by other rays."""
+    children, fmt = scene.order.children, scene.fmt
+    leaves = np.flatnonzero(rng.random(len(scene.corners)) < 0.3)
+    free = np.zeros(len(children), bool)  # nodes with no such leaf below
+    for node, pair in enumerate(children.tolist()):
+        free[node] = all(free[c] if c >= 0 else ~c not in leaves for c in pair)
+    roots = np.flatnonzero(free)
+    if not len(roots):
+        return scene
+    instances = {}
+    for leaf in leaves.tolist():
+        shift = rng.permutation(3)
+        origins, directions = (x[:, shift] for x in (scene.origins, scene.directions))
+        rows = setup_rows(fmt, origins, directions, 0)
+        instances[leaf] = int(rng.choice(roots)), rows
+    return replace(scene, instances=instances)

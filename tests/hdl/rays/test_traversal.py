@@ -20,7 +20,9 @@ from tests.harness import one_of, run_cocotb
 from tests.hdl.rays.scenes import RAYS, walk
 from tests.hdl.rays.traversal_bench import CONFIGS, Bench, scene
 
-PACKETS = dict.fromkeys(CONFIGS, 60) if simulator() == "verilator" else {"small": 15, "full": 8}
+PACKETS = dict.fromkeys(CONFIGS, 60)
+if simulator() == "icarus":
+    PACKETS = {"small": 15, "full": 8, "objects": 15}
 ON_FULL = os.environ.get("CONFIG") == "full"
 
 
@@ -50,6 +52,10 @@ async def visits_equal_model(dut, kind, traffic):
     found = await bench.run()
     assert found == counts(bench.walks)
     assert found["steps"] > 0
+    visits = [visit for way in bench.walks for visit in way.visits]
+    entries = sum(~visit.child in bench.scene.instances for visit in visits)
+    if bench.config.instances and kind in {"sphere", "soup", "balanced"}:
+        assert entries > 10
 
 
 @cocotb.test(timeout_time=10, timeout_unit="ms", skip=not ON_FULL)

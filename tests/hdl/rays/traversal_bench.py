@@ -2,6 +2,7 @@
 
 import random
 from collections import deque
+from dataclasses import replace
 
 import cocotb
 import numpy as np
@@ -11,9 +12,19 @@ from hdl.config import FULL, Config
 from hdl.fp.format import FloatFormat
 from hdl.rays.traversal import Traversal
 from sim.compiler.order import order
+from sim.model.fp.format import encode
 from sim.model.rays.setup import margin_scale
 from tests.harness import unbuilt
-from tests.hdl.rays.scenes import RAYS, SLAB, Scene, Visit, any_scene, mesh_scene, walk
+from tests.hdl.rays.scenes import (
+    RAYS,
+    SLAB,
+    Scene,
+    Visit,
+    any_scene,
+    mesh_scene,
+    walk,
+    with_instances,
+)
 from tests.payloads import pack, unpack
 from tests.sim.compiler.trees import balanced, chain, icosphere, random_tree
 from tests.sim.tree.meshes import soup
@@ -22,11 +33,21 @@ from tests.streams import now, put, start
 CONFIGS = {
     "small": Config(FloatFormat(4, 3), address_bits=12, packets=3, stack_depth=5),
     "full": FULL,
+    "objects": Config(
+        FloatFormat(4, 3), address_bits=12, packets=4, stack_depth=10, instances=True
+    ),
 }
 
 
 def scene(kind: str, config: Config, rng, packets: int) -> Scene:
-    """A scene whose stacks fit the configuration."""
+    """A scene whose stacks fit the configuration; where it has such, with instances."""
+    if not config.instances:
+        return _scene(kind, config, rng, packets)
+    half = replace(config, stack_depth=config.stack_depth // 2)
+    return with_instances(_scene(kind, half, rng, packets), rng)
+
+
+def _scene(kind: str, config: Config, rng, packets: int) -> Scene:
     scale = margin_scale(config.fmt) if config.fmt == FULL.fmt else 0
     if kind == "sphere":
         return mesh_scene(config, rng, *icosphere(3 if config.packets > 3 else 0), packets, scale)
@@ -77,6 +98,9 @@ class Bench:
             port: getattr(unit, port).payload.shape()
             for port in ("i_setup", "i_start", "o_nodes", "i_nodes", "o_tests", "i_tests")
         }
+        if self.config.instances:
+            self.layouts["i_roots"] = unit.i_roots.payload.shape()
+        self.entering: deque[tuple[int, int, int]] = deque()  # number, leaf and mask
         self.words = scene.words()
         self.walks = [walk(scene, packet) for packet in range(scene.packets)]
         self.begun: list[int] = []
@@ -93,7 +117,7 @@ class Bench:
     async def run(self) -> dict[str, int]:
         """All packets; returns the counters."""
         inputs = {"root": len(self.words) - 1, "clear": 0, "o_done__ready": 0}
-        for port in ("i_setup", "i_start", "i_nodes", "i_tests"):
+        for port in (port for port in self.layouts if port[0] == "i"):
             inputs[f"{port}__valid"] = 0
         for port in ("o_nodes", "o_tests"):
             inputs[f"{port}__ready"] = 0
@@ -122,24 +146,42 @@ class Bench:
         return pack(self.layouts[port], self.config.fmt, {k: [v] for k, v in columns.items()})[0]
 
     async def _send(self):
-        for packet in range(self.scene.packets):
-            while not self.free:
+        packets = iter(range(self.scene.packets))
+        while True:
+            while not self.entering and not (self.free and packets.__length_hint__()):
                 await RisingEdge(self.dut.clk)
-            number = self.free.pop(random.randrange(len(self.free)))
-            self.under_way[number] = (packet, deque(self.walks[packet].visits))
-            rows = self.scene.rows[RAYS * packet :][:RAYS]
+            mask, level = (1 << RAYS) - 1, {"level": 0} if self.config.instances else {}
+            if self.entering:
+                number, leaf, mask = self.entering.popleft()
+                packet, level = self.under_way[number][0], {"level": 1}
+                root, rows = self.scene.instances[leaf]
+                word = self._pack("i_roots", {"packet": number, "root": root})
+                await self._put_at_once("i_roots", word)
+            else:
+                packet, rows = next(packets), self.scene.rows
+                number = self.free.pop(random.randrange(len(self.free)))
+                self.under_way[number] = (packet, deque(self.walks[packet].visits))
+            rows = rows[RAYS * packet :][:RAYS]
             for place in random.sample(range(3 * RAYS), 3 * RAYS):
                 k, axis = divmod(place, 3)
-                columns = {"packet": number, "number": k, "axis": axis} | {
-                    f"ray.{field}": rows[k, column + axis] for field, column in SLAB.items()
-                }
+                columns = (
+                    {"packet": number, "number": k, "axis": axis}
+                    | level
+                    | {f"ray.{field}": rows[k, column + axis] for field, column in SLAB.items()}
+                )
                 await self._put_at_once("i_setup", self._pack("i_setup", columns))
-            limits = self.scene.limits[RAYS * packet :][:RAYS]
-            columns = {"packet": number} | {
-                f"intervals.{k}.{field}": limits[k, column]
-                for k in range(RAYS)
-                for column, field in enumerate(("near", "far"))
-            }
+            limits = self.scene.limits[RAYS * packet :][:RAYS].copy()
+            away = [k for k in range(RAYS) if not mask >> k & 1]
+            limits[away] = encode(self.config.fmt, [np.inf, -np.inf])
+            columns = (
+                {"packet": number}
+                | level
+                | {
+                    f"intervals.{k}.{field}": limits[k, column]
+                    for k in range(RAYS)
+                    for column, field in enumerate(("near", "far"))
+                }
+            )
             await put(self.dut, f"{self.name}__i_start", [self._pack("i_start", columns)])
             self.begun.append(now())
 
@@ -160,9 +202,13 @@ class Bench:
         assert node == visit.child, f"{where}: node {node}, not {visit} (a triangle if < 0)"
         return {"packet": packet, "word": self.words[node]}
 
-    def _test(self, packet: int, triangle: int, mask: int) -> dict[str, int]:
+    def _test(self, packet: int, triangle: int, mask: int, level: int = 0) -> dict | None:
         where, visit = self._expected(packet)
-        assert (~triangle, mask) == visit[:2], f"{where}: {triangle=} {mask=:04b}, not {visit}"
+        got = ~triangle, mask, level
+        assert got == (*visit[:2], visit.level), f"{where}: {got}, not {visit}"
+        if triangle in self.scene.instances:
+            self.entering.append((packet, triangle, mask))
+            return None
         return {"packet": packet} | {f"t.{k}": visit.best[k] for k in range(RAYS)}
 
     async def _serve(self, asks: str, answers: str, reply):
@@ -201,6 +247,8 @@ class Bench:
             if willing:
                 self.requests.append(now())
                 answer = reply(**unpack(self.layouts[asks], word))
+                if answer is None:
+                    continue
                 if answers == "i_nodes":
                     fields = self.layouts[answers]
                     bits = answer["word"] << fields["word"].offset | answer["packet"]
