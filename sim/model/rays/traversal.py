@@ -122,7 +122,7 @@ def trace(
         stack_depth,
     )
     counters: dict[str, int] = dict(zip(COUNTERS, counts.tolist(), strict=True))
-    infinite = dict(zip(OVERFLOWS, overflows.tolist(), strict=True))
+    infinite: dict[str, bool] = dict(zip(OVERFLOWS, overflows.tolist(), strict=True))
     if instances is None:
         del infinite["transform"]
     t, u, v, triangle, instance = hits.T
