@@ -32,7 +32,8 @@ def run(config: Config, memory: np.ndarray, job: dict[str, int]) -> dict[str, in
         counters, overflows = _cast(config, words, job)
         counts |= {f"COUNT_CAST_{name.upper()}": n for name, n in counters.items()}
         counts |= {f"COUNT_OVERFLOWS_{name.upper()}": n for name, n in overflows.items()}
-        counts.pop("COUNT_CAST_DEEPEST")
+        for name in ("DEEPEST", "ENTRIES"):  # there is no such register
+            counts.pop(f"COUNT_CAST_{name}")
     return counts
 
 
