@@ -140,9 +140,14 @@ REFUSED = {
     ),
     "boxes": (["info", "waves:50"], replace(FULL, box_registers=2), ["box_registers is 2 and has"]),
     "format": (
-        ["render", "waves:50", "--size", "4x4"],
+        ["render", "waves:50", "--size", "1x1"],
         replace(STILL, fmt=FloatFormat(3, 2)),
         ["format 3,2 is too narrow", "4,2 is enough"],
+    ),
+    "pixels": (
+        ["render", "waves:50", "--size", "4x4"],
+        replace(STILL, fmt=FloatFormat(3, 2)),
+        ["format 3,2 is too narrow", "a pixel's step", "more exponent bits"],
     ),
 }
 

@@ -9,7 +9,7 @@ import pytest
 from cocotb.triggers import RisingEdge
 
 from hdl.isa import LAYOUTS, NODE_BITS, VERTEX_BITS, Opcode
-from hdl.update.issue import MERGE2, MERGE3, Issue, Stall
+from hdl.update.issue import MERGE3, Issue, Stall, merge2
 from tests.harness import CONFIGS, SideBySide, run_cocotb
 from tests.payloads import unpack
 from tests.streams import now, start
@@ -129,7 +129,7 @@ class Bench:
             shape = {name: field.width for name, field in MERGE3}
             assert self._found("o_merge3", shape) == {name: f[name] for name in shape}
         elif goes and opcode is Opcode.MERGE2:
-            shape = {name: field.width for name, field in MERGE2}
+            shape = {name: field.width for name, field in merge2(self.config)}
             want = {name: f[name] for name in shape if name != "node"} | {"node": self.board.node}
             assert self._found("o_merge2", shape) == want
 
