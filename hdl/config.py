@@ -35,6 +35,9 @@ class Config:
         Rays come from the camera, and from memory. One of them at least.
     instances : bool
         Leaves of a tree may be instances of objects, which have trees of their own.
+    folded : bool
+        Units of the ray path take turns: half of those of a node, which takes two cycles, and a third
+        of those of a triangle, of which a ray takes three. The same hits from a smaller machine.
     pointer_bits : int
         Bits of the index of a node or a triangle inside the machine; those in memory have 28. The
         highest index stands for no triangle. 2 to 28.
@@ -57,6 +60,7 @@ class Config:
     camera: bool = True
     source: bool = True
     instances: bool = False
+    folded: bool = False
     pointer_bits: int = NODE_BITS
 
     box_latency: ClassVar[int] = 2
