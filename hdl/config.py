@@ -36,8 +36,8 @@ class Config:
     instances : bool
         Leaves of a tree may be instances of objects, which have trees of their own.
     folded : bool
-        Units of the ray path take turns: half of those of a node, which takes two cycles, and a third
-        of those of a triangle, of which a ray takes three. The same hits from a smaller machine.
+        The ray path has half the units for nodes and a third of those for triangles, and they take
+        turns: a node takes two cycles, a ray at a triangle three. The same hits.
     pointer_bits : int
         Bits of the index of a node or a triangle inside the machine; those in memory have 28. The
         highest index stands for no triangle. 2 to 28.

@@ -31,7 +31,8 @@ class Step(wiring.Component):
 
     A child that no ray reaches is left out. Of two, the one goes first that the first ray in both
     enters first: the left one, if equal or if no ray is in both. Nothing here waits. Takes
-    `latency` cycles; one step a cycle.
+    `latency` cycles; one step a cycle. A folded one has the planes of one child, which both take in
+    turn: a cycle more, and a step every second cycle at most.
 
     Parameters
     ----------
@@ -46,9 +47,12 @@ class Step(wiring.Component):
     o_pushes : Out(stream of visit), the one that waits, as entry `depth` of the stack
     o_pops : Out(stream of visit), of a packet that reaches none; packet and depth count
     overflow : Out(1), a number has become infinite
+
+    Attributes
+    ----------
+    latency : int
     """
 
-    latency = Planes.latency + 5
     i_setup: stream.Interface
     i_visits: stream.Interface
     i: stream.Interface
@@ -59,6 +63,7 @@ class Step(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
+        self.latency = Planes.latency + (6 if config.folded else 5)
         self.visit = visit(config)
         visits = stream.Signature(self.visit, always_ready=True)
         super().__init__({
@@ -75,8 +80,9 @@ class Step(wiring.Component):
         m = Module()
 
         fmt, node, i_setup = self.config.fmt, self.i.p.word, self.i_setup
-        clip = 2 + Planes.latency  # the stage
+        clip = 2 + Planes.latency  # the stage, of the left child where each has its turn
         packets = 1 << packet_bits(self.config)
+        at_once = not self.config.folded  # both children
 
         valid = Signal(self.latency - 1)
         packet = [self.i.p.packet] + [
@@ -103,7 +109,11 @@ class Step(wiring.Component):
             *(lane.eq(i_setup.p.ray) for lane in write.data),
             read.addr.eq(Cat(wanted, node.axis)),
         ]
-        m.d.sync += [bounds.eq(node.bounds), bounds2.eq(bounds), rays2.eq(read.data)]
+        m.d.sync += bounds2.eq(bounds)
+        with m.If(self.i.valid | at_once):  # for both turns
+            m.d.sync += bounds.eq(node.bounds)
+        with m.If(valid[0] | at_once):
+            m.d.sync += rays2.eq(read.data)
 
         # What is not needed before the planes are done waits in memory.
         link_layout = data.StructLayout({"pointer": self.config.pointer_bits, "leaves": 2})
@@ -125,41 +135,41 @@ class Step(wiring.Component):
                 write.p.value.eq(new.p),
             ]
         now, link = Signal(self.visit, reset_less=True), Signal(link_layout, reset_less=True)
-        m.d.sync += [now.eq(visits.value), link.eq(read.data)]
+        with m.If(valid[clip - 2] | at_once):
+            m.d.sync += [now.eq(visits.value), link.eq(read.data)]
 
         # stages 2 to clip: where the rays meet the planes; stage clip: clip
+        slabs = {side: [bounds2[f"{side}_{end}"] for end in ("lo", "hi")] for side in SIDES}
+        if at_once:
+            comes = valid[1]
+        else:
+            comes = valid[1] | valid[2]
+            ends = zip(slabs["right"], slabs["left"], strict=True)
+            slabs = {"child": [Mux(valid[2], *of) for of in ends]}
+        clips = [self._clip(m, of, comes, slabs[of], rays2, now.intervals) for of in slabs]
+        m.d.sync += self.overflow.eq(Cat(overflows for _, overflows in clips).any())
+
+        # the stage after it: who is where?
         children = [
             [Signal(self.visit, name=f"{side}_{k}", reset_less=True) for k in (1, 2)]
             for side in SIDES
         ]
         depth = Signal.like(now.depth, reset_less=True)
-        overflows = Signal(len(SIDES) * RAYS)
-        m.d.sync += self.overflow.eq(overflows.any())
-        for side, (child, (child1, child2)) in enumerate(zip(SIDES, children, strict=True)):
+        for side, (child1, child2) in enumerate(children):
+            clipped, _ = clips[side % len(clips)]
+            with m.If(at_once or valid[clip - 1 + side]):
+                for after, (near, far) in zip(child1.intervals, clipped, strict=True):
+                    m.d.sync += [after.near.eq(near), after.far.eq(far)]
             m.d.sync += [
                 child1.is_leaf.eq(link.leaves[side]),
                 child1.depth.eq(now.depth + 1),
                 *(child1[name].eq(now[name]) for name in level(self.config)),
                 child2.eq(child1),
+                *(
+                    child2.mask[ray].eq(~less(after.far, after.near))
+                    for ray, after in enumerate(child1.intervals)
+                ),
             ]
-            for ray in range(RAYS):
-                m.submodules[f"{child}_{ray}"] = planes = Planes(fmt)
-                m.d.comb += [
-                    planes.i.valid.eq(valid[1]),
-                    planes.i.p.low.eq(bounds2[f"{child}_lo"]),
-                    planes.i.p.high.eq(bounds2[f"{child}_hi"]),
-                    planes.i.p.ray.eq(rays2[ray]),
-                    planes.o.ready.eq(1),
-                ]
-                m.d.sync += overflows[side * RAYS + ray].eq(planes.overflow)
-                begin, end = planes.o.p.begin, planes.o.p.end
-                before, after = now.intervals[ray], child1.intervals[ray]
-                m.d.sync += [
-                    after.near.eq(Mux(less(before.near, begin), begin, before.near)),
-                    after.far.eq(Mux(less(end, before.far), end, before.far)),
-                ]
-                # the stage after it: who is where?
-                m.d.sync += child2.mask[ray].eq(~less(after.far, after.near))
         (left1, left2), (right1, right2) = children
         both_leaves = link.leaves.all()
         m.d.sync += [
@@ -197,3 +207,30 @@ class Step(wiring.Component):
             self.o_pops.p.depth.eq(depth2),
         ]
         return m
+
+    def _clip(
+        self,
+        m: Module,
+        child: str,
+        comes: Value,
+        slab: list[Value],
+        rays: data.View,
+        before: data.View,
+    ) -> tuple[list[tuple[Value, Value]], Signal]:
+        """The intervals of four rays within a slab, and which of them overflowed a cycle ago."""
+        clipped, overflows = [], Signal(RAYS, name=f"{child}_overflows")
+        for k in range(RAYS):
+            m.submodules[f"{child}_{k}"] = planes = Planes(self.config.fmt)
+            m.d.comb += [
+                planes.i.valid.eq(comes),
+                planes.i.p.low.eq(slab[0]),
+                planes.i.p.high.eq(slab[1]),
+                planes.i.p.ray.eq(rays[k]),
+                planes.o.ready.eq(1),
+            ]
+            m.d.sync += overflows[k].eq(planes.overflow)
+            begin, end, was = planes.o.p.begin, planes.o.p.end, before[k]
+            near = Mux(less(was.near, begin), begin, was.near)
+            far = Mux(less(end, was.far), end, was.far)
+            clipped.append((near, far))
+        return clipped, overflows

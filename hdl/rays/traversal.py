@@ -1,7 +1,7 @@
 """The traversal unit: packets of four rays through a B-KD tree."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, fifo, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
@@ -18,9 +18,10 @@ class Traversal(wiring.Component):
     """Takes packets from the root to the triangles that their rays may hit, the nearest first.
 
     One packet step a cycle, of four rays and both children, while nodes come and packets are
-    ready. From a node to the request of the next one it takes `latency` cycles, and where a
-    packet has to pop `Stack.latency` + 1 more for each entry looked at. (Woop, Marmitt, Slusallek,
-    "B-KD Trees for Hardware Accelerated Ray Tracing of Dynamic Scenes", Graphics Hardware 2006.)
+    ready; a folded one takes a step every second cycle. From a node to the request of the next one
+    it takes `latency` cycles if no other is before it, and where a packet has to pop
+    `Stack.latency` + 1 more for each entry looked at. (Woop, Marmitt, Slusallek, "B-KD Trees for
+    Hardware Accelerated Ray Tracing of Dynamic Scenes", Graphics Hardware 2006.)
 
     A packet is set up on all axes, then starts; its number is free again when it is done. Each
     request for a node or a test has one answer; packets are answered in any order.
@@ -42,9 +43,12 @@ class Traversal(wiring.Component):
     o_done : Out(stream of packets)
     overflow : Out(1), a number has become infinite
     counters : Out(COUNTERS)
+
+    Attributes
+    ----------
+    latency : int
     """
 
-    latency = Step.latency + Queue.latency
     root: Signal
     clear: Signal
     i_setup: stream.Interface
@@ -59,6 +63,8 @@ class Traversal(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
+        self.step = Step(config)
+        self.latency = self.step.latency + Queue.latency + config.folded
         packet, pointer = packet_bits(config), config.pointer_bits
         node = data.StructLayout({"packet": packet, **level(config), "node": pointer})
         test = {"packet": packet, **level(config), "triangle": pointer, "mask": RAYS}
@@ -79,12 +85,11 @@ class Traversal(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.step = step = Step(self.config)
+        m.submodules.step = step = self.step
         m.submodules.stack = stack = Stack(self.config)
         m.d.comb += [stack.root.eq(self.root), self.overflow.eq(step.overflow)]
         for outer, inner in [
             (self.i_setup, step.i_setup),
-            (self.i_nodes, step.i),
             (self.i_start, stack.i_start),
             (self.i_tests, stack.i_tests),
             (self.o_done, stack.o_done),
@@ -95,8 +100,22 @@ class Traversal(wiring.Component):
         wiring.connect(m, step.o_visits, stack.i_visits)
         wiring.connect(m, stack.o_visits, step.i_visits)
 
-        # Visits are of nodes and of triangles.
         packets = self.config.packets
+        if not self.config.folded:
+            wiring.connect(m, wiring.flipped(self.i_nodes), step.i)
+        else:  # each packet waits for one node at most
+            m.submodules.words = words = fifo.SyncFIFO(
+                width=len(self.i_nodes.p.as_value()), depth=packets
+            )
+            m.d.comb += [
+                words.w_en.eq(self.i_nodes.valid),
+                words.w_data.eq(self.i_nodes.p),
+                step.i.valid.eq(words.r_en & words.r_rdy),
+                step.i.p.eq(words.r_data),
+            ]
+            m.d.sync += words.r_en.eq(~step.i.valid)
+
+        # Visits are of nodes and of triangles.
         m.submodules.nodes = nodes = Queue(self.o_nodes.p.shape(), packets)
         m.submodules.tests = tests = Queue(self.o_tests.p.shape(), packets)
         wiring.connect(m, wiring.flipped(self.o_nodes), nodes.o)

@@ -19,7 +19,11 @@ from tests.harness import one_of, run_cocotb
 from tests.hdl.rays.scenes import RAYS, walk
 from tests.hdl.rays.traversal_bench import CONFIGS, Bench, scene
 
-PACKETS = dict.fromkeys(CONFIGS, 60) if simulator() == "verilator" else {"small": 15, "full": 8}
+PACKETS = (
+    dict.fromkeys(CONFIGS, 60)
+    if simulator() == "verilator"
+    else {"small": 15, "folded": 15, "full": 8}
+)
 ON_FULL = os.environ.get("CONFIG") == "full"
 
 
@@ -67,7 +71,7 @@ async def takes_its_latency(dut):
     for k, (request, answer) in enumerate(zip(rest, bench.answers, strict=False)):
         from_node, pops = visits[k].child >= 0, visits[k + 1].pops
         cycles = Queue.latency + pops * Stack.latency
-        cycles += from_node * (Step.latency + (pops > 0))
+        cycles += from_node * (Step(FULL).latency + (pops > 0))
         assert request - answer == cycles, f"visit {k + 1} of {visits[k : k + 2]}"
     assert {v.pops for v in visits} >= {0, 1, 2}
 

@@ -2,6 +2,7 @@
 
 import random
 from collections import deque
+from dataclasses import replace
 
 import cocotb
 import numpy as np
@@ -19,10 +20,8 @@ from tests.sim.compiler.trees import balanced, chain, icosphere, random_tree
 from tests.sim.tree.meshes import soup
 from tests.streams import now, put, start
 
-CONFIGS = {
-    "small": Config(FloatFormat(4, 3), address_bits=12, packets=3, stack_depth=5),
-    "full": FULL,
-}
+SMALL = Config(FloatFormat(4, 3), address_bits=12, packets=3, stack_depth=5)
+CONFIGS = {"small": SMALL, "folded": replace(SMALL, folded=True), "full": FULL}
 
 
 def scene(kind: str, config: Config, rng, packets: int) -> Scene:
