@@ -17,8 +17,9 @@ UNITS = data.StructLayout({
     **dict.fromkeys(("no_update", "no_camera", "no_source"), 1),
     "less_pointer_bits": 5,
     "instances": 1,
+    "folded": 1,
 })
-"""What a machine has less than the full one, or more. Where that is nothing there is no such
+"""By what a machine differs from the full one. Where that is nothing there is no such
 register, and a host that asks for it reads 0."""
 
 
@@ -74,6 +75,7 @@ def _units(config: Config) -> int:
         **less,
         "less_pointer_bits": FULL.pointer_bits - config.pointer_bits,
         "instances": config.instances,
+        "folded": config.folded,
     }).as_bits()
 
 
@@ -102,5 +104,5 @@ def config_of(values: Mapping[str, int]) -> Config:
         **numbers,
         **{unit: not less[f"no_{unit}"] for unit in ("update", "camera", "source")},
         pointer_bits=FULL.pointer_bits - less["less_pointer_bits"],
-        instances=bool(less["instances"]),
+        **{name: bool(less[name]) for name in ("instances", "folded")},
     )

@@ -15,8 +15,8 @@ from sim.files import check_writable, write_json
 from sim.options import frames_of, json_argument, scene_of, source_arguments
 from sim.parts.analyse import analyse
 from sim.scene.normalise import normalise
-from sim.study.fit import Tried, fit, narrowest
-from sim.study.hardware import FORMATS
+from sim.study.fit import Tried, fit, frame_cycles, narrowest
+from sim.study.hardware import FORMATS, MEASURED, read_hardware
 
 EXAMPLE = "fit room -o room-machine.json"
 SIZE = "240x180"
@@ -33,6 +33,9 @@ def arguments(parser: Parser):
     add("--size", metavar="WxH", default=SIZE, help="of images, in pixels; %(default)s")
     add("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all")
     add("--shadows", action="store_true", help="keep the way of rays from memory, for shadows")
+    text = "images a second that are enough, for a machine folded to fewer units; %(default)g"
+    add("--rate", metavar="N", type=float, default=24, help=text)
+    add("--clock", metavar="MHZ", type=float, help="of the machine; that of its float format")
     text = "write the configuration to FILE, for -c of all commands"
     add("-o", "--out", metavar="FILE", type=Path, help=text)
     json_argument(parser)
@@ -44,6 +47,10 @@ def run(options) -> int:
     size = size_of(options.size, SIZE)
     if not 0 <= options.error <= 1:
         raise InputError(f"--error {options.error:g}: give a share of pixels, from 0 to 1")
+    for name in ("rate", "clock"):
+        value = getattr(options, name)
+        if value is not None and not 0 < value < float("inf"):
+            raise InputError(f"--{name} {value:g}: give a number above 0")
     formats = [format_of(text) for text in options.formats]
     with progress() as bar:
         task = bar.add_task("reading the scene", total=None)
@@ -67,10 +74,17 @@ def run(options) -> int:
         step("compiling")
         whole = replace(TWO_LEVEL, fmt=chosen)
         prepared = divide(scene, whole, frames=frames, analysis=analysis, step=step)
-        config = fit(prepared, size, camera=True, source=options.shadows)
+        best = next(of for of in tried if of.fmt == chosen)
+        clock = options.clock or read_hardware(MEASURED).figures(str(chosen))["clock_mhz"]
+        rates = {
+            folded: 1e6 * clock / frame_cycles(prepared, best, folded, shadows=options.shadows)
+            for folded in (False, True)
+        }
+        folded = rates[True] >= options.rate
+        config = fit(prepared, size, source=options.shadows, folded=folded)
     print_tables(_formats(tried), _parameters(config))
-    wrong = next(of.wrong for of in tried if of.fmt == chosen)
-    print_text(_conclusion(scene.name, wrong or 0.0, config))
+    print_text(_conclusion(scene.name, best.wrong or 0.0, config))
+    print_text(_speed(size, clock, rates, options.rate))
     command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
     about = {"scene": scene.name, "error": options.error, "size": list(size), "command": command}
     if options.out:
@@ -81,6 +95,8 @@ def run(options) -> int:
         "formats": [
             {"format": str(of.fmt), "wrong": of.wrong, "refused": of.reason} for of in tried
         ],
+        "clock_mhz": clock,
+        "images_per_second": {"all units": rates[False], "folded": rates[True]},
         "config": {f.name: str(getattr(config, f.name)) for f in fields(Config)},
     }
     write_json(options.json, figures)
@@ -120,3 +136,17 @@ def _conclusion(name: str, wrong: float, config: Config) -> str:
     out = f"; left out: {', '.join(left)}" if left else ""
     fmt = config.fmt
     return f"{name}: {fmt.bits} bits ({fmt}) get {100 * wrong:.2g} % of pixels wrong{out}."
+
+
+def _speed(size: tuple[int, int], clock: float, rates: dict[bool, float], wanted: float) -> str:
+    folded = rates[True] >= wanted
+    verdict = "units take turns" if folded else "all units are there"
+    if rates[False] < wanted:
+        verdict += f", which is less than the {wanted:g} that are wanted"
+    else:
+        verdict += f", as {wanted:g} are enough" if folded else f", for {wanted:g}"
+    width, height = size
+    return (
+        f"About {rates[folded]:.3g} images of {width} x {height} a second at {clock:g} MHz: "
+        f"{verdict}."
+    )

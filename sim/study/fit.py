@@ -25,16 +25,50 @@ LOOKED_AT = 3
 """Frames whose images are compared."""
 SPARE = 1.02
 """What fewer registers may cost in instructions."""
+REACHED = 0.75
+"""Share of the rate of nodes and triangles that rays reach at least, memory being what it is."""
+CORNER_WORDS = 4
+"""Words of a triangle, one a cycle."""
+ENTRY = 24
+"""Cycles of the transformation unit for a packet."""
 REGISTERS = (4, 8, 12, 16, 24, 32, 48, 64)
 
 
 @dataclass(frozen=True)
 class Tried:
-    """A float format, and the share of pixels that it gets wrong: None where it cannot be used."""
+    """A float format, tried on images of a scene.
+
+    Attributes
+    ----------
+    wrong : float, optional
+        The largest share of wrong pixels; None where it cannot be used, for a reason.
+    work : list of dict
+        Counters of each image: packets at nodes, packets and rays at triangles.
+    """
 
     fmt: FloatFormat
     wrong: float | None
     reason: str = ""
+    work: Sequence[dict[str, int]] = ()
+
+
+def frame_cycles(prepared: Divided, tried: Tried, folded: bool, *, shadows: bool) -> float:
+    """An estimate of the cycles of a frame: an update, and the image that takes most of them.
+
+    That of the busiest unit: for nodes, for rays at triangles, for their corners, or for rays that
+    enter an object. Shadows take as many rays again.
+    """
+    node, ray = (2, 3) if folded else (1, 1)
+    image = max(
+        max(
+            node * of["steps"],
+            ray * of["ray_tests"],
+            CORNER_WORDS * of["tests"],
+            ENTRY * of["entries"],
+        )
+        for of in tried.work
+    )
+    return len(prepared.image.instructions) + (2 if shadows else 1) * image / REACHED
 
 
 def narrowest(
@@ -78,14 +112,21 @@ def narrowest(
     return ascending[low], [tried[k] for k in sorted(tried)]
 
 
-def fit(prepared: Divided, size: tuple[int, int], *, camera: bool, source: bool) -> Config:
+def fit(
+    prepared: Divided,
+    size: tuple[int, int],
+    *,
+    camera: bool = True,
+    source: bool = False,
+    folded: bool = False,
+) -> Config:
     """The smallest machine for a scene that is compiled for a large one of the same format.
 
     Units that nothing needs are left out: the update processor where nothing moves, the
     transformation unit without instances, the camera or the way of rays from memory. Stacks have
     as many levels as the trees; pointers and addresses the bits of the largest, with room for the
     rays and hits of an image; caches no more words than there are records; registers so many that
-    fewer would cost instructions.
+    fewer would cost instructions. `folded` if that is fast enough.
     """
     image, config = prepared.image, prepared.config
     levels = depth(prepared.tree) + max(
@@ -102,6 +143,7 @@ def fit(prepared: Divided, size: tuple[int, int], *, camera: bool, source: bool)
         instances=bool(len(image.instances)),
         camera=camera,
         source=source,
+        folded=folded,
         stack_depth=levels,
         pointer_bits=bits_for(records),
         address_bits=max(4, bits_for(words - 1)),
@@ -128,22 +170,26 @@ def _fewer_registers(prepared: Divided, config: Config) -> Config:
 def _try(scene: Scene, analysis: Analysis, fmt: FloatFormat, size: tuple[int, int]) -> Tried:
     try:
         check_ray_format(fmt)
-        return Tried(fmt, _wrong(scene, analysis, fmt, size))
+        images = _images(scene, analysis, fmt, size)
+        return Tried(fmt, max(wrong for wrong, _ in images), work=[work for _, work in images])
     except InputError as fault:
         return Tried(fmt, None, str(fault))
 
 
-def _wrong(scene: Scene, analysis: Analysis, fmt: FloatFormat, size: tuple[int, int]) -> float:
-    """The largest share of wrong pixels of some frames."""
+def _images(
+    scene: Scene, analysis: Analysis, fmt: FloatFormat, size: tuple[int, int]
+) -> list[tuple[float, dict[str, int]]]:
+    """The share of wrong pixels, and the counters, of some frames."""
     config = replace(FULL, fmt=fmt, instances=True)
     prepared = divide(scene, config, analysis=analysis)
     poses = np.stack([prepared.scene.pose(k) for k in spread(prepared.frames, LOOKED_AT)])
     camera = auto(poses, scene.faces, *size)
     rays = camera_rays(fmt, view_of(fmt, camera))
-    wrong = []
+    found = []
     for frame, pose in zip(spread(prepared.frames, LOOKED_AT), poses, strict=True):
         bits, rows = prepared.coordinates(frame), prepared.rows(frame)
         bounds = refit(fmt, prepared.image.order, bits[prepared.leaf_vertices])
         hits = prepared.trace(bits, rows, bounds, rays)
-        wrong.append(against_truth(prepared, camera, pose, rays, hits.fields(config))["wrong"])
-    return max(wrong)
+        errors = against_truth(prepared, camera, pose, rays, hits.fields(config))
+        found.append((errors["wrong"], hits.counters))
+    return found

@@ -25,6 +25,7 @@ CHOICES = [
     [{}, {"update": False, "pointer_bits": 6}],
     [{}, {"camera": False}, {"source": False}],
     [{}, {"instances": True}],
+    [{}, {"folded": True}],
 ]
 SMALL = Config(
     FloatFormat(4, 4), 5, 8, latency=4, address_bits=10, packets=3, stack_depth=16, cache_words=16
@@ -35,7 +36,7 @@ COMBINATIONS = {
 }
 QUICK = (
     "camera=False",
-    "update=False,pointer_bits=6,source=False",
+    "update=False,pointer_bits=6,source=False,folded=True",
     "update=False,pointer_bits=6,camera=False,instances=True",
 )
 """With each choice at least once; the others take a minute each to build."""

@@ -16,7 +16,7 @@ from sim.model.rays.setup import COLUMNS, margin_scale, one, setup_bits
 from sim.model.rays.transform import Instances, no_instances, transform_bits
 from sim.model.rays.triangle import intersect_bits
 
-COUNTERS = ("packets", "steps", "tests", "ray_tests", "pushes", "pops", "deepest")
+COUNTERS = ("packets", "steps", "tests", "ray_tests", "pushes", "pops", "deepest", "entries")
 OVERFLOWS = ("setup", "planes", "triangles", "transform")
 
 
@@ -34,7 +34,8 @@ class Hits:
         Leaf of the instance that the triangle is in, or NO_TRIANGLE.
     counters : dict
         packets, steps (packets at nodes), tests (packets at leaves), ray_tests (rays that were
-        still in question at triangles), pushes, pops, deepest (most entries on one stack).
+        still in question at triangles), pushes, pops, deepest (most entries on one stack), entries
+        (packets that entered an instance).
     overflows : dict
         Of setup, planes, triangles and transform, whether finite numbers became infinite there.
     """
@@ -222,6 +223,7 @@ def _trace(
                     continue
             elif instance_of[~child] >= 0 and level == 0:
                 counts[2] += 1
+                counts[7] += 1
                 instance, inside = instance_of[~child], ~child
                 alive = False
                 for ray in range(RAYS):
