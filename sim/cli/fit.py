@@ -140,13 +140,12 @@ def _conclusion(name: str, wrong: float, config: Config) -> str:
 
 def _speed(size: tuple[int, int], clock: float, rates: dict[bool, float], wanted: float) -> str:
     folded = rates[True] >= wanted
-    verdict = "units take turns" if folded else "all units are there"
-    if rates[False] < wanted:
-        verdict += f", which is less than the {wanted:g} that are wanted"
+    if folded:
+        verdict = f"; {wanted:g} are enough: units take turns"
+    elif rates[False] >= wanted:
+        verdict = f"; {wanted:g} are wanted: all units are there"
     else:
-        verdict += f", as {wanted:g} are enough" if folded else f", for {wanted:g}"
+        verdict = f", of {wanted:g} that are wanted, by all units"
     width, height = size
-    return (
-        f"About {rates[folded]:.3g} images of {width} x {height} a second at {clock:g} MHz: "
-        f"{verdict}."
-    )
+    images = f"{rates[folded]:.3g} images of {width} x {height} a second"
+    return f"About {images} at {clock:g} MHz{verdict}."
