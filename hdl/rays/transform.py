@@ -13,20 +13,22 @@ from hdl.rays.delay import Pipeline, Timed
 from hdl.rays.packet import AXES, RAYS, numbered, packet_bits, ray
 from hdl.rays.setup import entering_ray
 from hdl.rays.tester import entry
+from hdl.rays.triangle import not_minus_zero
 from hdl.stream import Landing
 
 VECTORS = ("origin", "direction")
 
 
 class Transform(wiring.Component):
-    """Gives the four rays of a packet as an instance sees them: a coordinate a cycle, a ray in six.
+    """Gives the four rays of a packet as an instance sees them: an axis a cycle, a ray in three.
 
     Coordinate k of the origin is ((x_k * x + y_k * y) + z_k * z) + offset_k of row k, that of the
     direction the same with an offset of 0; each operation rounded to nearest. t stays: it counts
-    directions. A packet takes 24 cycles; its first ray comes after `latency` if nothing waits.
-    (Wald, Benthin, Slusallek, "Distributed Interactive Ray Tracing of Dynamic Scenes", 2003.)
+    directions. A packet takes 12 cycles, as in setup, which is next; its first ray comes after
+    `latency` if nothing waits. (Wald, Benthin, Slusallek, "Distributed Interactive Ray Tracing of
+    Dynamic Scenes", 2003.)
 
-    3 multipliers and 3 adders. Those of the triangle test, which takes a ray each cycle, would need
+    6 multipliers and 5 adders. Those of the triangle test, which takes a ray each cycle, would need
     a choice of operands in front of them that costs more than these multipliers do.
 
     Parameters
@@ -41,8 +43,8 @@ class Transform(wiring.Component):
     overflow : Out(1), a number has become infinite
     """
 
-    pipeline = 2 + Mul.latency + 3 * Add.latency  # cycles from a coordinate to its value
-    latency = 2 + len(VECTORS) * len(AXES) - 1 + pipeline + Landing.latency
+    pipeline = 2 + Mul.latency + 3 * Add.latency  # cycles from an axis to its coordinates
+    latency = 2 + len(AXES) - 1 + pipeline + Landing.latency
     i_world: stream.Interface
     i: stream.Interface
     o: stream.Interface
@@ -62,20 +64,19 @@ class Transform(wiring.Component):
         m = Module()
 
         config, o = self.config, self.o
-        turns = len(VECTORS) * len(AXES)
-        room = -(-(self.latency + 1) // turns) + 1
+        room = -(-(self.latency + 1) // len(AXES)) + 1
         m.submodules.landed = landed = Landing(o.p.shape(), room)
         m.submodules.world = world = memory.Memory(
             shape=ray(config.fmt), depth=RAYS << packet_bits(config), init=[], attrs=BLOCK_RAM
         )
         write, read = world.write_port(), world.read_port()
 
-        # A packet comes, and stays until the last coordinate of its last ray has its turn. A ray
-        # begins where there is room for it.
+        # A packet comes, and stays until the last axis of its last ray has its turn. A ray begins
+        # where there is room for it.
         here = Signal(entry(config), reset_less=True)
-        number, part = Signal(range(RAYS)), Signal(range(turns))
+        number, axis = Signal(range(RAYS)), Signal(range(len(AXES)))
         there, busy = Signal(), Signal()  # a packet is, a ray has its turns
-        ends = part == turns - 1
+        ends = axis == len(AXES) - 1
         last = busy & ends & (number == RAYS - 1)
         m.d.comb += [
             write.en.eq(self.i_world.valid),
@@ -91,14 +92,14 @@ class Transform(wiring.Component):
         with m.Elif(last):
             m.d.sync += there.eq(0)
         with m.If(busy):
-            m.d.sync += [part.eq(Mux(ends, 0, part + 1)), number.eq(number + ends)]
+            m.d.sync += [axis.eq(Mux(ends, 0, axis + 1)), number.eq(number + ends)]
 
         # Nothing waits in the pipeline.
         p = Pipeline()
         m.submodules.pipeline = p.m
         about = {"packet": here.packet, "root": here.root, "number": number}
         about = {name: p.input(name, value) for name, value in about.items()}
-        self._pipeline(p, here, part, read.data, about, landed.i.p)
+        self._pipeline(p, here, axis, read.data, about, landed.i.p)
         valid = Signal(self.pipeline)
         ended = p.input("ended", ends)
         m.d.sync += [
@@ -113,44 +114,40 @@ class Transform(wiring.Component):
         self,
         p: Pipeline,
         here: data.View,
-        part: Signal,
+        axis: Signal,
         read: data.View,
         about: dict[str, Timed],
         out: data.View,
     ):
-        """From a turn to a coordinate, and from six of them to a ray."""
+        """From an axis to its coordinates, and from three of them to a ray."""
         fmt = self.config.fmt
-        turn = p.stage(p.input("part", part))
-        directed = p.apply("directed", lambda x: x >= len(AXES), turn)
 
-        # stage 1: the ray has been read, and its row is chosen; stage 2: so is the vector
+        # stage 1: the ray has been read; stage 2: the row of the axis has been chosen
+        turn = p.stage(p.input("axis", axis))
         rows = [p.steady(f"row_{a}", here[a]) for a in AXES]
-        axis = p.apply("axis", lambda k: Mux(k >= len(AXES), k - len(AXES), k)[:2], turn)
-        row = p.stage(p.apply("row", lambda k, *rows: pick(k, rows), axis, *rows))
+        row = p.stage(p.apply("row", lambda k, *rows: pick(k, rows), turn, *rows))
         of = Timed("ray", read, 1)
-        point = p.stage(
-            p.apply("point", lambda k, ray: pick(k, [ray[v] for v in VECTORS]), directed, of)
-        )
-        products = [
-            p.unit(
-                f"product_{a}",
-                Mul(fmt),
-                p.apply(f"factor_{a}", lambda x, a=a: x[a], row),
-                p.apply(f"point_{a}", lambda x, a=a: x[a], point),
-            )
-            for a in AXES
-        ]
-        none = p.steady("none", fmt.layout.const(None))
-        offset = p.apply("offset_of", lambda x: x.offset, row)
-        offset = p.apply("offset", lambda k, *x: pick(k, x), p.stage(directed), offset, none)
-        two = p.unit("two", Add(fmt), products[0], products[1])
-        three = p.unit("three", Add(fmt), two, products[2])
-        value = p.unit("value", Add(fmt), three, offset)
+        sums = {}
+        for name in VECTORS:
+            products = [
+                p.unit(
+                    f"{name}_{a}",
+                    Mul(fmt),
+                    p.apply(f"{name}_row_{a}", lambda x, a=a: x[a], row),
+                    p.stage(p.apply(f"{name}_of_{a}", lambda x, v=name, a=a: x[v][a], of)),
+                )
+                for a in AXES
+            ]
+            two = p.unit(f"{name}_two", Add(fmt), products[0], products[1])
+            sums[name] = p.unit(f"{name}_three", Add(fmt), two, products[2])
+        offset = p.apply("offset", lambda x: x.offset, row)
+        origins = p.unit("origin", Add(fmt), sums["origin"], offset)
+        # An offset of 0 makes +0 of -0.
+        directions = p.apply("direction", not_minus_zero, sums["direction"])
         limits = p.apply("limits", lambda x: Cat(x.t_min, x.t_max), of)
 
         last = self.pipeline
-        direction = vector(p, fmt, value, last)
-        origin = vector(p, fmt, value, last + len(AXES))
+        direction, origin = (vector(p, fmt, x, last) for x in (directions, origins))
         t_min, t_max = p.at(limits, last)[: fmt.bits], p.at(limits, last)[fmt.bits :]
         p.m.d.comb += [
             *(out[name].eq(p.at(x, last)) for name, x in about.items()),

@@ -29,7 +29,7 @@ REACHED = 0.75
 """Share of the rate of nodes and triangles that rays reach at least, memory being what it is."""
 CORNER_WORDS = 4
 """Words of a triangle, one a cycle."""
-ENTRY = 24
+ENTRY = 12
 """Cycles of the transformation unit for a packet."""
 REGISTERS = (4, 8, 12, 16, 24, 32, 48, 64)
 

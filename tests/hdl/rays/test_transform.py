@@ -24,7 +24,7 @@ CONFIGS = {
     "f24": Config(F24, instances=True),
 }
 COUNT = 200 if simulator() == "verilator" else 20  # packets
-TURNS = 6  # of a ray
+TURNS = 3  # of a ray
 
 
 def cases(config: Config, rng) -> dict[str, tuple[object, list]]:
