@@ -1,4 +1,4 @@
-"""hdl.rays.triangle, as Verilog, bit for bit against sim.model, on rays that meet its corners."""
+"""hdl.rays.triangle and folded, as Verilog, bit for bit against sim.model, at their corners."""
 
 import os
 
@@ -8,7 +8,9 @@ import pytest
 from numba import njit
 
 from hdl.fp.format import F24, FloatFormat
+from hdl.rays.folded import FoldedIntersect
 from hdl.rays.triangle import Intersect
+from hdl.rays.turns import TURNS
 from sim.cosim.verilate import simulator
 from sim.model.rays.overflow import no_overflows
 from sim.model.rays.setup import AXIS_Z, ORIGIN, SHEAR_X, setup
@@ -18,6 +20,7 @@ from tests.hdl.rays.triangles import anything, grid, inside
 from tests.pipeline import check_columns
 
 FORMATS = {"tiny": FloatFormat(3, 3), "f24": F24}
+UNITS = {"whole": (Intersect, 1), "folded": (FoldedIntersect, TURNS)}
 CASES = {"tiny": 45000, "f24": 9000}
 SIMULATED = CASES if simulator() == "verilator" else {"tiny": 900, "f24": 300}
 
@@ -58,7 +61,8 @@ async def compare(dut, count, idle, busy):
     assert 0.2 < hits < 0.6, f"{hits} of the tests are hits"
     both = [{field: column[:count] for field, column in columns.items()} for columns in both]
     assert 0 < both[1]["hit"].sum() < count
-    await check_columns(dut, name, unbuilt(Intersect(fmt)), fmt, *both, idle, busy)
+    make, turns = UNITS[os.environ["UNIT"]]
+    await check_columns(dut, name, unbuilt(make(fmt)), fmt, *both, idle, busy, turns)
 
 
 @cocotb.test(timeout_time=10, timeout_unit="ms")
@@ -72,12 +76,16 @@ async def waits(dut, idle, busy):
     await compare(dut, SIMULATED[os.environ["FORMAT"]] // 10, idle, busy)
 
 
+@pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("name", FORMATS)
-def test_equals_model(name, tmp_path, seed):
-    unit = SideBySide({name: Intersect(FORMATS[name])})
-    run_cocotb(unit, __name__, tmp_path, seed=seed, FORMAT=name)
+def test_equals_model(name, unit, tmp_path, seed):
+    make, _ = UNITS[unit]
+    alone = SideBySide({name: make(FORMATS[name])})
+    run_cocotb(alone, __name__, tmp_path, seed=seed, FORMAT=name, UNIT=unit)
 
 
-def test_refuses_formats_without_differences():
+@pytest.mark.parametrize("unit", UNITS)
+def test_refuses_formats_without_differences(unit):
+    make, _ = UNITS[unit]
     with pytest.raises(ValueError, match="2,4"):
-        Intersect(FloatFormat(2, 4))
+        make(FloatFormat(2, 4))
