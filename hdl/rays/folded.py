@@ -31,7 +31,7 @@ class FoldedIntersect(wiring.Component):
     test: one begins in the next turn 0. So each unit knows by the turn what it works on, and two
     additions of three can share an adder, though one comes later than the next test.
 
-    9 multipliers, 8 adders, a reciprocal.
+    7 multipliers, 7 adders, a reciprocal.
 
     Parameters
     ----------
