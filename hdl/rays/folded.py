@@ -6,9 +6,9 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.fp.add import Add
 from hdl.fp.cross import Cross
+from hdl.fp.folded_recip import FoldedRecip
 from hdl.fp.format import FloatFormat
 from hdl.fp.mul import Mul
-from hdl.fp.recip import Recip
 from hdl.rays.axes import pick, turn
 from hdl.rays.delay import Timed
 from hdl.rays.packet import AXES
@@ -74,7 +74,7 @@ class FoldedIntersect(wiring.Component):
     def latency_of(fmt: FloatFormat) -> int:
         """The latency of a FoldedIntersect."""
         edges = Add.latency + 1 + Mul.latency + Add.latency + 2 + Cross.latency
-        inverse = edges + 2 * Add.latency + Recip.latency_of(fmt.difference) + TURNS
+        inverse = edges + 2 * Add.latency + FoldedRecip.latency_of(fmt.difference) + TURNS - 1
         return inverse + Mul.latency + 1
 
     def elaborate(self, platform):
@@ -126,7 +126,10 @@ class FoldedIntersect(wiring.Component):
 
         # the area, and the depth times the area
         area = self._sum(p, "area", e)
-        inverse = p.keep(p.unit("inverse", Recip(wide), area))
+        recip = FoldedRecip(wide)
+        p.m.d.comb += recip.takes.eq(p.is_turn(TURNS - 1, area.cycle))
+        inverse = p.unit("inverse", recip, area)
+        inverse = Timed("inverse", inverse.value, inverse.cycle + TURNS - 1)  # it stays
         z = p.choose("z", 0, p.other(s["z"], 2), p.other(s["z"], -1))
         z = p.apply("wide_z", lambda x: widen(x, fmt), z)
         depth = self._sum(p, "depth", p.unit("depth_part", Mul(wide), e, z))

@@ -85,7 +85,7 @@ class Tester(wiring.Component):
         self.config = config
         self.turns = TURNS if config.folded else 1
         intersect = (FoldedIntersect if config.folded else Intersect).latency_of(config.fmt)
-        self.latency = 4 + intersect + Hits.latency - config.folded
+        self.latency = 4 + intersect + Hits.latency_of(config) - config.folded
         packet = packet_bits(config)
         triangle = config.pointer_bits
         test = {"packet": packet, **level(config), "triangle": triangle, "mask": RAYS}
