@@ -154,9 +154,9 @@ class FoldedIntersect(wiring.Component):
         return m
 
     def _sum(self, p: Turns, name: str, x: Timed) -> Timed:
-        """(x of turn 1 + that of turn 2) + that of turn 0, in one adder: there in turn 2.
+        """(x of turn 1 + that of turn 2) + that of turn 0: there in turn 2, by one adder.
 
-        The first addition has turn 2. Its sum comes in turn 1.
+        Both are there in turn 2. Their sum is there in a turn in which the adder is free.
         """
         two = Signal(self.wide.layout, name=f"{name}_two")
         second = (TURNS - 1 + Add.latency) % TURNS

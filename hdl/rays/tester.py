@@ -110,7 +110,8 @@ class Tester(wiring.Component):
 
         packets, fmt, folded = self.config.packets, self.config.fmt, self.config.folded
         m.submodules.corners = corners = Corners(self.config)
-        m.submodules.intersect = intersect = (FoldedIntersect if folded else Intersect)(fmt)
+        m.submodules.intersect = intersect = FoldedIntersect(fmt) if folded else Intersect(fmt)
+        phase = intersect.turn if isinstance(intersect, FoldedIntersect) else C(0)
         m.submodules.hits = hits = Hits(self.config)
         for mine, unit in (
             (self.o_reads, corners.o_reads),
@@ -157,14 +158,14 @@ class Tester(wiring.Component):
             *(write_test.data[name].eq(self.i_tests.p[name]) for name, _ in waiting),
         ]
 
-        # Its corners come: its rays go, one a cycle, or as they have their turns: a ray is there two
-        # cycles later, and then its first corner is to be. Nothing waits from here on.
+        # Its corners come: its rays go, one a cycle. Nothing waits from here on. Where units take
+        # turns, a ray goes two cycles before its first one.
         turn = Signal(waiting, reset_less=True)  # what is left of a test
         packet = Signal.like(corners.o.p, reset_less=True)
         busy, first, picked = Signal(), Signal(), Signal(RAYS)
         number = Signal(range(RAYS))
         last = turn.mask == picked
-        goes = intersect.turn == (TURNS - 1 - 2) % TURNS if folded else C(1)
+        goes = phase == (TURNS - 1 - 2) % TURNS if folded else C(1)
         free = (~busy | last) & goes
         instance, enters = self._entries(m, corners, packet, turn, free)
         next_packet = Mux(enters, corners.o_instances.p, corners.o.p) if levels else corners.o.p
@@ -177,7 +178,7 @@ class Tester(wiring.Component):
             ray.addr.eq(self._place(number, packet, turn.level if levels else Const(0))),
         ]
         if folded:
-            m.d.comb += corners.part.eq(Mux(goes, TURNS - 1, intersect.turn - 1))
+            m.d.comb += corners.part.eq(Mux(goes, TURNS - 1, phase - 1))
         with m.If(goes):
             m.d.sync += [first.eq(0), turn.mask.eq(turn.mask & ~picked)]
         with m.If(free):
@@ -216,7 +217,7 @@ class Tester(wiring.Component):
         p = Pipeline()
         latency = intersect.latency
         if folded:  # a step for each ray, in the last of its turns
-            m.submodules.beside = EnableInserter(intersect.turn == TURNS - 1)(p.m)
+            m.submodules.beside = EnableInserter(phase == TURNS - 1)(p.m)
             latency = (latency + TURNS - 1) // TURNS
         else:
             m.submodules.beside = p.m

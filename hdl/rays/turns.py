@@ -4,14 +4,14 @@ from amaranth import *
 from amaranth.hdl import ValueLike
 from amaranth.lib import data
 
+from hdl.fp.folded_recip import TURNS
 from hdl.rays.delay import Pipeline, Timed
-
-TURNS = 3
 
 
 class Turns(Pipeline):
-    """A pipeline whose inputs come in parts, one in each of three turns: something new every third
-    cycle. A value has its cycle from its own turn on, whichever that is.
+    """A pipeline whose inputs stay for three turns, and come in parts, one in each.
+
+    The cycle of a value counts from its own turn on, whichever that is.
 
     Parameters
     ----------
