@@ -38,12 +38,13 @@ class Recip(wiring.Component):
     def __init__(self, fmt: FloatFormat, rounding: Rounding = Rounding.NEAREST):
         self._init(fmt, {"round": rounding}, fmt.layout)
 
-    def _init(self, fmt: FloatFormat, roundings: dict[str, Rounding], result):
+    def _init(self, fmt: FloatFormat, roundings: dict[str, Rounding], result, **ports):
         self.fmt, self.roundings = fmt, roundings
         self.latency = self.latency_of(fmt)
         super().__init__({
             "i": In(stream.Signature(fmt.layout)),
             "o": Out(stream.Signature(result)),
+            **ports,
         })
 
     @staticmethod
@@ -54,39 +55,56 @@ class Recip(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        fmt, a = self.fmt, self.i.p
+        fmt = self.fmt
         step = ~self.o.valid | self.o.ready
         valid = Signal(self.latency - 1)
         m.d.comb += self.i.ready.eq(step)
         with m.If(step):
             m.d.sync += Cat(valid, self.o.valid).eq(Cat(self.i.valid, valid))
 
+        now = self._begin()
+        for bit in range(1, fmt.man_bits + 2):
+            if bit % STEPS == 0:
+                now = self._stage(m, step, now, bit // STEPS)
+            self._bit(m, now, f"{bit}")
+        now = self._stage(m, step, now, self.latency - 1)
+
+        rounded = self._rounded(m, now)
+        with m.If(step):
+            m.d.sync += self.o.p.eq(rounded)
+        return m
+
+    def _begin(self) -> dict:
+        """All that is known of an input."""
         # Without its highest bit, 1 / 2, the quotient leaves 2 - significand: not negative. To the
         # end remainders are between minus and plus the significand.
-        man_bits = fmt.man_bits
+        a, man_bits = self.i.p, self.fmt.man_bits
         one = ~a.man.any()
-        now = {
+        return {
             "sign": a.sign,
             "infinite": ~a.exp.any(),
             "zero": a.exp.all(),
-            "exp": (2 * fmt.bias - 1 + one - a.exp).as_signed(),
+            "exp": (2 * self.fmt.bias - 1 + one - a.exp).as_signed(),
             "one": one,
             "man": a.man,
             "remainder": ((1 << man_bits) - a.man)[: man_bits + 2],
             "quotient": C(0, 0),
         }
-        for bit in range(1, man_bits + 2):
-            if bit % STEPS == 0:
-                now = self._stage(m, step, now, bit // STEPS)
-            add = now["remainder"][-1]
-            twice = Cat(~add, now["remainder"])[: man_bits + 2]
-            significand = Cat(now["man"], 1, 0) ^ (~add).replicate(man_bits + 2)
-            remainder = Signal(man_bits + 2, name=f"remainder{bit}")
-            m.d.comb += remainder.eq(twice + significand)
-            now["remainder"] = remainder
-            now["quotient"] = Cat(~remainder[-1], now["quotient"])
-        now = self._stage(m, step, now, self.latency - 1)
 
+    def _bit(self, m: Module, now: dict, number: str):
+        """One more bit of the quotient."""
+        man_bits = self.fmt.man_bits
+        add = now["remainder"][-1]
+        twice = Cat(~add, now["remainder"])[: man_bits + 2]
+        significand = Cat(now["man"], 1, 0) ^ (~add).replicate(man_bits + 2)
+        remainder = Signal(man_bits + 2, name=f"remainder{number}")
+        m.d.comb += remainder.eq(twice + significand)
+        now["remainder"] = remainder
+        now["quotient"] = Cat(~remainder[-1], now["quotient"])
+
+    def _rounded(self, m: Module, now: dict) -> Value:
+        """The results, of all bits of the quotient."""
+        fmt = self.fmt
         exponents = range(-fmt.bias, 2 * fmt.bias + 1)
         rounded = []
         for name, rounding in self.roundings.items():
@@ -95,14 +113,12 @@ class Recip(wiring.Component):
             m.d.comb += [
                 *(result[field].eq(now[field]) for field in ("sign", "infinite", "zero", "exp")),
                 Cat(result.half, result.man).eq(
-                    now["quotient"] & (~now["one"]).replicate(man_bits + 1)
+                    now["quotient"] & (~now["one"]).replicate(fmt.man_bits + 1)
                 ),
                 result.rest.eq(~now["one"]),
             ]
             rounded.append(rounder.o)
-        with m.If(step):
-            m.d.sync += self.o.p.eq(Cat(rounded))
-        return m
+        return Cat(rounded)
 
     def _stage(self, m: Module, step: Value, now: dict, number: int) -> dict:
         """Registers of all that a stage knows."""

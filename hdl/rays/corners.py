@@ -55,7 +55,9 @@ class Corners(wiring.Component):
     i_words : In(stream of {tag, word}), in any order, taken at once
     o : Out(stream of packets) at a triangle, as their corners are there
     packet : In(packet)
-    corners : Out(corner by name), of the packet one cycle ago
+    part : In(range(3)), where units take turns
+    corners : Out(corner by name), of the packet one cycle ago; where units take turns, all are the
+        one of the part one cycle ago
     o_instances : Out(stream of packets) at an instance, as its rows are there; if there are any
     root : Out(pointer), of the packet one cycle ago; likewise
     """
@@ -67,6 +69,7 @@ class Corners(wiring.Component):
     i_words: stream.Interface
     o: stream.Interface
     packet: Signal
+    part: Signal
     corners: data.View
     o_instances: stream.Interface
     root: Signal
@@ -83,6 +86,7 @@ class Corners(wiring.Component):
             "i_words": In(stream.Signature(word(config), always_ready=True)),
             "o": Out(stream.Signature(packet)),
             "packet": In(packet),
+            **({"part": In(range(RECORD))} if config.folded else {}),
             "corners": Out(data.StructLayout(dict.fromkeys(CORNERS, corner(config)))),
             **(
                 {
@@ -153,18 +157,32 @@ class Corners(wiring.Component):
             m.d.sync += there[word.tag.packet].bit_select(word.tag.part, 1).eq(1)
         with m.If(complete):
             m.d.sync += there[packet].eq(0)
-        for index, name in enumerate(CORNERS):
-            kept = memory.Memory(shape=corner(self.config), depth=packets, init=[], attrs=BLOCK_RAM)
-            m.submodules[name] = kept
-            write, of = kept.write_port(), kept.read_port()
-            m.d.comb += [
-                write.en.eq(self.i_words.valid & (word.tag.part == index)),
-                write.addr.eq(word.tag.packet),
-                write.data.eq(word.word),
-                of.addr.eq(self.packet),
-                self.corners[name].eq(of.data),
-            ]
+        if self.config.folded:
+            of = self._kept(m, "kept", is_corner, word.tag.part, self.part)
+            m.d.comb += [self.corners[name].eq(of) for name in CORNERS]
+        else:
+            for index, name in enumerate(CORNERS):
+                here = self.i_words.valid & (word.tag.part == index)
+                m.d.comb += self.corners[name].eq(self._kept(m, name, here))
         return m
+
+    def _kept(self, m: Module, name: str, en: Value, *parts: Value) -> data.View:
+        """A memory of corners, written where `en`, with a row for each packet and part.
+
+        `parts` are none, or that which is written and that which is read. Returns what is read.
+        """
+        word, (written, read) = self.i_words.p, parts or (C(0, 0), C(0, 0))
+        depth = self.config.packets << len(written)
+        kept = memory.Memory(shape=corner(self.config), depth=depth, init=[], attrs=BLOCK_RAM)
+        m.submodules[name] = kept
+        write, of = kept.write_port(), kept.read_port()
+        m.d.comb += [
+            write.en.eq(en),
+            write.addr.eq(Cat(written, word.tag.packet)),
+            write.data.eq(word.word),
+            of.addr.eq(Cat(read, self.packet)),
+        ]
+        return of.data
 
     def _instances(self, m: Module, complete: Value, packet: Value, triangle: Value):
         """Packets at instances go another way, and there are roots."""

@@ -34,7 +34,9 @@ class Hits(wiring.Component):
 
     A hit counts if t_min <= t and t is less than the best t so far or, if equal, the triangle is;
     where there are instances that in the lower instance, and one in none after all of these.
-    One a cycle; an answer takes `latency` cycles. The hits of a packet take 9 cycles.
+    One a cycle; an answer takes `latency` cycles. The hits of a packet take 9 cycles. Where units
+    take turns, a ray comes in three cycles, and an answer may wait one cycle for the next one: it
+    is read again, not kept on its way.
 
     Parameters
     ----------
@@ -47,9 +49,12 @@ class Hits(wiring.Component):
     o_tests : Out(stream of tested), after the last ray
     i_done : In(stream of packets)
     o_hits : Out(stream of {packet, number, hit}), four a packet, in order
+
+    Attributes
+    ----------
+    latency : int
     """
 
-    latency = 3
     i_rays: stream.Interface
     i: stream.Interface
     o_tests: stream.Interface
@@ -59,6 +64,7 @@ class Hits(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         fmt = config.fmt
+        self.latency = self.latency_of(config)
         self.best = data.StructLayout({"t": fmt.layout, **surface(config)})
         self.weights = data.StructLayout({"u": fmt.layout, "v": fmt.layout})
         super().__init__({
@@ -69,10 +75,15 @@ class Hits(wiring.Component):
             "o_hits": Out(stream.Signature(numbered(config, {"hit": hit(config)}))),
         })
 
+    @staticmethod
+    def latency_of(config: Config) -> int:
+        """The latency of Hits."""
+        return 5 if config.folded else 3
+
     def elaborate(self, platform):
         m = Module()
 
-        packets = self.config.packets
+        packets, folded = self.config.packets, self.config.folded
         none = (1 << self.config.pointer_bits) - 1  # above all triangles
         bests = data.ArrayLayout(self.best, RAYS)
         m.submodules.best = best_rows = memory.Memory(shape=bests, depth=packets, init=[])
@@ -84,7 +95,9 @@ class Hits(wiring.Component):
 
         # stage 1: read what is best so far
         s1, s1_valid = Signal(found(self.config), reset_less=True), Signal()
-        m.d.comb += best.addr.eq(Mux(self.i.valid, self.i.p.packet, self.i_done.p))
+        asks, asked = Signal(), Signal.like(self.i_done.p)  # for an answer
+        other = Mux(asks, asked, self.i_done.p) if folded else self.i_done.p
+        m.d.comb += best.addr.eq(Mux(self.i.valid, self.i.p.packet, other))
         m.d.sync += [s1.eq(self.i.p), s1_valid.eq(self.i.valid)]
 
         # stage 2: compare
@@ -100,25 +113,19 @@ class Hits(wiring.Component):
         ]
 
         # stage 3: update
-        every_t = data.ArrayLayout(self.config.fmt.layout, RAYS)
-        ts, new_ts = Signal(every_t, reset_less=True), Signal(every_t)
-        m.d.comb += new_ts.eq(ts)
-        with m.If(better):
-            m.d.comb += new_ts[s2.number].eq(s2.t)
-        m.d.sync += ts.eq(new_ts)
-        with m.If(s1_valid & s1.first):  # what is in stage 3 was the last of another packet
-            m.d.sync += [ts[k].eq(best.data[k].t) for k in range(RAYS)]
-        m.submodules.answers = answers = fifo.SyncFIFO(
-            width=len(self.o_tests.p.as_value()), depth=packets
-        )
+        ends = s2_valid & s2.last
+        if folded:
+            self._answer_rows(m, ends, s2.packet, asks, asked, best.data)
+        else:
+            ts, new_ts = self._answer_numbers(m, ends, s2.packet)
+            m.d.comb += new_ts.eq(ts)
+            with m.If(better):
+                m.d.comb += new_ts[s2.number].eq(s2.t)
+            with m.If(s1_valid & s1.first):  # what is in stage 3 was the last of another packet
+                m.d.sync += [ts[k].eq(best.data[k].t) for k in range(RAYS)]
         ray = self.i_rays
         lane = Mux(better, s2.number, ray.p.number)
         m.d.comb += [
-            answers.w_en.eq(s2_valid & s2.last),
-            answers.w_data.eq(Cat(s2.packet, new_ts)),
-            self.o_tests.valid.eq(answers.r_rdy),
-            self.o_tests.p.eq(answers.r_data),
-            answers.r_en.eq(self.o_tests.ready),
             ray.ready.eq(~better),
             write.en.eq(Cat((better | ray.valid) & (lane == k) for k in range(RAYS))),
             write.addr.eq(Mux(better, s2.packet, ray.p.packet)),
@@ -157,7 +164,8 @@ class Hits(wiring.Component):
         taken = self.i_done.valid & self.i_done.ready
         given = self.o_hits.valid & self.o_hits.ready
         last = number == RAYS - 1
-        m.d.comb += self.i_done.ready.eq(~busy & ~self.i.valid)
+        free = ~self.i.valid & ~asks if folded else ~self.i.valid
+        m.d.comb += self.i_done.ready.eq(~busy & free)
         m.d.sync += [first.eq(taken), again.eq(given & ~last)]
         with m.If(taken):
             m.d.sync += [packet.eq(self.i_done.p), busy.eq(1)]
@@ -168,6 +176,44 @@ class Hits(wiring.Component):
         with m.If(given):
             m.d.sync += [self.o_hits.valid.eq(0), number.eq(number + 1), busy.eq(~last)]
         return m
+
+    def _answer_numbers(self, m: Module, ends: Value, packet: Value) -> tuple[data.View, data.View]:
+        """Answers wait with their numbers. Returns those of the packet in stage 3, and new ones."""
+        every_t = data.ArrayLayout(self.config.fmt.layout, RAYS)
+        ts, new_ts = Signal(every_t, reset_less=True), Signal(every_t)
+        m.submodules.answers = answers = fifo.SyncFIFO(
+            width=len(self.o_tests.p.as_value()), depth=self.config.packets
+        )
+        m.d.comb += [
+            answers.w_en.eq(ends),
+            answers.w_data.eq(Cat(packet, new_ts)),
+            self.o_tests.valid.eq(answers.r_rdy),
+            self.o_tests.p.eq(answers.r_data),
+            answers.r_en.eq(self.o_tests.ready),
+        ]
+        m.d.sync += ts.eq(new_ts)
+        return ts, new_ts
+
+    def _answer_rows(
+        self, m: Module, ends: Value, packet: Value, asks: Signal, asked: Signal, row: data.View
+    ):
+        """Packets wait for their answers, which are their rows, read when no test reads."""
+        o, comes = self.o_tests, Signal()
+        m.submodules.answers = answers = fifo.SyncFIFO(width=len(packet), depth=self.config.packets)
+        m.d.comb += [
+            answers.w_en.eq(ends),
+            answers.w_data.eq(packet),
+            asked.eq(answers.r_data),
+            asks.eq(answers.r_rdy & ~self.i.valid & ~comes & (~o.valid | o.ready)),
+            answers.r_en.eq(asks),
+        ]
+        m.d.sync += comes.eq(asks)
+        with m.If(o.ready):
+            m.d.sync += o.valid.eq(0)
+        with m.If(asks):
+            m.d.sync += o.p.packet.eq(asked)
+        with m.If(comes):
+            m.d.sync += [o.valid.eq(1), *(o.p.t[k].eq(row[k].t) for k in range(RAYS))]
 
 
 def _joined(view: data.View, names: Iterable[str]) -> Value:

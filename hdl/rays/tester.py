@@ -7,10 +7,12 @@ from amaranth.lib.wiring import In, Out
 from hdl.config import Config
 from hdl.rays.corners import CORNERS, Corners, corner, read, word
 from hdl.rays.delay import Pipeline
+from hdl.rays.folded import FoldedIntersect
 from hdl.rays.hits import Hits, surface
 from hdl.rays.packet import AXES, RAYS, hit, level, numbered, packet_bits, sheared_ray
 from hdl.rays.stack import tested
 from hdl.rays.triangle import Intersect
+from hdl.rays.turns import TURNS
 
 COUNTERS = data.StructLayout({"tests": 32, "ray_tests": 32})
 """Packets at triangles, and rays of them that may hit."""
@@ -32,10 +34,11 @@ def entry(config: Config) -> data.StructLayout:
 class Tester(wiring.Component):
     """Tests packets against triangles, and keeps the first hit of each ray.
 
-    One triangle in as many cycles as the most of four words and its rays; from the last word to
-    the answer it takes `latency` cycles and one more for each ray. A packet has at most one test
-    under way, and is done after its answer. (Hits says what counts.) The answer of an instance is
-    that the packet is to enter its object.
+    One triangle in as many cycles as the most of four words and `turns` for each ray; from the last
+    word to the answer it takes `latency` cycles and `turns` more for each ray, and where units
+    take turns up to two until the first. A packet has at most one test under way, and is done
+    after its answer. (Hits says what counts.) The answer of an instance is that the packet is to
+    enter its object.
 
     Parameters
     ----------
@@ -56,6 +59,12 @@ class Tester(wiring.Component):
     o_hits : Out(stream of {packet, number, hit}), four a packet, in order
     overflow : Out(1), a number has become infinite
     counters : Out(COUNTERS)
+
+    Attributes
+    ----------
+    turns : int
+        Cycles of a ray: 3 where units take turns, or 1.
+    latency : int
     """
 
     triangles: Signal
@@ -74,7 +83,9 @@ class Tester(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.latency = 4 + Intersect.latency_of(config.fmt) + Hits.latency
+        self.turns = TURNS if config.folded else 1
+        intersect = (FoldedIntersect if config.folded else Intersect).latency_of(config.fmt)
+        self.latency = 4 + intersect + Hits.latency_of(config) - config.folded
         packet = packet_bits(config)
         triangle = config.pointer_bits
         test = {"packet": packet, **level(config), "triangle": triangle, "mask": RAYS}
@@ -97,9 +108,10 @@ class Tester(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        packets, fmt = self.config.packets, self.config.fmt
+        packets, fmt, folded = self.config.packets, self.config.fmt, self.config.folded
         m.submodules.corners = corners = Corners(self.config)
-        m.submodules.intersect = intersect = Intersect(fmt)
+        m.submodules.intersect = intersect = FoldedIntersect(fmt) if folded else Intersect(fmt)
+        phase = intersect.turn if isinstance(intersect, FoldedIntersect) else C(0)
         m.submodules.hits = hits = Hits(self.config)
         for mine, unit in (
             (self.o_reads, corners.o_reads),
@@ -146,13 +158,15 @@ class Tester(wiring.Component):
             *(write_test.data[name].eq(self.i_tests.p[name]) for name, _ in waiting),
         ]
 
-        # Its corners come: its rays go, one a cycle. Nothing waits from here on.
+        # Its corners come: its rays go, one a cycle. Nothing waits from here on. Where units take
+        # turns, a ray goes two cycles before its first one.
         turn = Signal(waiting, reset_less=True)  # what is left of a test
         packet = Signal.like(corners.o.p, reset_less=True)
         busy, first, picked = Signal(), Signal(), Signal(RAYS)
         number = Signal(range(RAYS))
         last = turn.mask == picked
-        free = ~busy | last
+        goes = phase == (TURNS - 1 - 2) % TURNS if folded else C(1)
+        free = (~busy | last) & goes
         instance, enters = self._entries(m, corners, packet, turn, free)
         next_packet = Mux(enters, corners.o_instances.p, corners.o.p) if levels else corners.o.p
         m.d.comb += [
@@ -163,7 +177,10 @@ class Tester(wiring.Component):
             corners.packet.eq(packet),
             ray.addr.eq(self._place(number, packet, turn.level if levels else Const(0))),
         ]
-        m.d.sync += [first.eq(0), turn.mask.eq(turn.mask & ~picked)]
+        if folded:
+            m.d.comb += corners.part.eq(Mux(goes, TURNS - 1, phase - 1))
+        with m.If(goes):
+            m.d.sync += [first.eq(0), turn.mask.eq(turn.mask & ~picked)]
         with m.If(free):
             m.d.sync += [
                 busy.eq(corners.o.valid & ~enters),
@@ -183,22 +200,29 @@ class Tester(wiring.Component):
             reading.eq(Cat(packet, number, first, last, turn.triangle, *instance)),
         ]
         entered = Signal(Intersect.operands(fmt), reset_less=True)
+        kept = CORNERS[:1] if folded else CORNERS  # all corners in one register, each in its turn
         m.d.sync += [
             intersect.i.valid.eq(reads),
             about.eq(reading),
             entered.ray.eq(ray.data),
-            *(entered[v][a].eq(corners.corners[v][a]) for v in CORNERS for a in AXES),
+            *(entered[v][a].eq(corners.corners[v][a]) for v in kept for a in AXES),
         ]
         m.d.comb += [
-            intersect.i.p.eq(entered),
+            intersect.i.p.ray.eq(entered.ray),
+            *(intersect.i.p[v].eq(entered[kept[k % len(kept)]]) for k, v in enumerate(CORNERS)),
             intersect.o.ready.eq(1),
             hits.i.valid.eq(intersect.o.valid),
             self.overflow.eq(intersect.overflow),
         ]
         p = Pipeline()
-        m.submodules.beside = p.m
-        t_min = p.at(p.input("t_min", entered.ray.t_min), intersect.latency)
-        late = data.View(fields, p.at(p.input("about", about), intersect.latency))
+        latency = intersect.latency
+        if folded:  # a step for each ray, in the last of its turns
+            m.submodules.beside = EnableInserter(phase == TURNS - 1)(p.m)
+            latency = (latency + TURNS - 1) // TURNS
+        else:
+            m.submodules.beside = p.m
+        t_min = p.at(p.input("t_min", entered.ray.t_min), latency)
+        late = data.View(fields, p.at(p.input("about", about), latency))
         m.d.comb += [
             *(hits.i.p[field].eq(late[field]) for field, _ in fields),
             hits.i.p.t_min.eq(t_min),
@@ -210,7 +234,7 @@ class Tester(wiring.Component):
         with m.Else():
             m.d.sync += [
                 self.counters.tests.eq(self.counters.tests + write_test.en),
-                self.counters.ray_tests.eq(self.counters.ray_tests + busy),
+                self.counters.ray_tests.eq(self.counters.ray_tests + (busy & goes)),
             ]
         return m
 
@@ -222,22 +246,20 @@ class Tester(wiring.Component):
         if not self.config.instances:
             return (), Const(0)
         i, o, packets = corners.o_instances, self.o_entries, self.config.packets
-        # Taken; next cycle: read its rows; the one after it: give them.
-        reads, gives = Signal(), Signal()
+        # Taken; next cycle: read its rows; the one after it: give them. (Or one in each.)
+        reads, gives = Signal(), Signal(self.turns)
         enters = Signal()
         of = Signal.like(packet, name="entering", reset_less=True)
         m.d.comb += [
-            enters.eq(free & i.valid & ~(reads | gives | o.valid)),
+            enters.eq(free & i.valid & ~(reads | gives.any() | o.valid)),
             i.ready.eq(enters),
         ]
-        m.d.sync += [reads.eq(enters), gives.eq(reads), of.eq(packet)]
-        with m.If(gives):
-            m.d.sync += [
-                o.valid.eq(1),
-                o.p.packet.eq(of),
-                o.p.root.eq(corners.root),
-                *(o.p[a].eq(corners.corners[v]) for a, v in zip(AXES, CORNERS, strict=True)),
-            ]
+        m.d.sync += [reads.eq(enters), gives.eq(Cat(reads, gives)), of.eq(packet)]
+        with m.If(gives[-1]):
+            m.d.sync += [o.valid.eq(1), o.p.packet.eq(of), o.p.root.eq(corners.root)]
+        for k, (a, v) in enumerate(zip(AXES, CORNERS, strict=True)):
+            with m.If(gives[k % self.turns]):
+                m.d.sync += o.p[a].eq(corners.corners[v])
         with m.If(o.valid & o.ready):
             m.d.sync += o.valid.eq(0)
 

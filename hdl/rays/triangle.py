@@ -56,9 +56,7 @@ class Intersect(wiring.Component):
         self.fmt, self.wide = fmt, fmt.difference
         super().__init__({
             "i": In(stream.Signature(self.operands(fmt))),
-            "o": Out(
-                stream.Signature(data.StructLayout({"hit": 1, **dict.fromkeys("tuv", fmt.layout)}))
-            ),
+            "o": Out(stream.Signature(self.found(fmt))),
             "overflow": Out(1),
         })
         self.latency = self.latency_of(fmt)
@@ -68,6 +66,11 @@ class Intersect(wiring.Component):
         """A ray and a triangle."""
         corners = dict.fromkeys(("v0", "v1", "v2"), records.vertex(fmt))
         return data.StructLayout({"ray": sheared_ray(fmt), **corners})
+
+    @staticmethod
+    def found(fmt: FloatFormat) -> data.StructLayout:
+        """Whether a ray hits, and where."""
+        return data.StructLayout({"hit": 1, **dict.fromkeys("tuv", fmt.layout)})
 
     @staticmethod
     def latency_of(fmt: FloatFormat) -> int:
