@@ -28,13 +28,13 @@ from sim.report.passes import COUNTED
 from sim.scene.load import load_scene
 from tests.sim.compiler.forests import random_forest
 
+TINY = Config(
+    FloatFormat(5, 7), latency=4, address_bits=16, packets=3, stack_depth=16, cache_words=16
+)
 CONFIGS = {
-    "tiny": Config(
-        FloatFormat(5, 7), latency=4, address_bits=16, packets=3, stack_depth=16, cache_words=16
-    ),
-    "banks": Config(
-        FloatFormat(5, 7), latency=2, address_bits=16, packets=4, stack_depth=16, cache_words=0
-    ),
+    "tiny": TINY,
+    "banks": replace(TINY, latency=2, packets=4, cache_words=0),
+    "folded": replace(TINY, packets=5, folded=True),
     "full": FULL,
 }
 TIMINGS = (Timing(1), Timing(32), Timing(20, 0.3, 5))
