@@ -148,7 +148,7 @@ def test_nothing_but_the_rays_decides_what_they_hit(rng):
     configs = {
         "full": (FULL, Timing()),
         "slow": (FULL, Timing(70, 0.2, 3)),
-        "small": (replace(FULL, cache_words=16, stack_depth=20, packets=5), Timing(9)),
+        "small": (replace(FULL, cache_words=16, stack_depth=20, packets=5, folded=True), Timing(9)),
         "banks": (replace(FULL, cache_words=0, latency=2), Timing(2)),
     }
     results = {}
