@@ -14,7 +14,7 @@ from sim.errors import InputError
 from sim.parts.analyse import analyse
 from sim.scene.load import load_scene
 from sim.scene.normalise import normalise
-from sim.study.fit import fit, narrowest
+from sim.study.fit import REACHED, Tried, fit, frame_cycles, narrowest
 
 SIZE = (48, 36)
 FORMATS = [FloatFormat(4, 9), FloatFormat(5, 12), F24]
@@ -75,17 +75,42 @@ def test_command(run, tmp_path, monkeypatch):
     assert (code, err) == (0, "")
     assert max(map(len, out.splitlines())) <= 80 and "left out" in out
     config = read_config("m.json")
-    assert config.update and not config.instances and not config.source
+    assert config.update and not config.instances and not config.source and config.folded
     figures = json.loads((tmp_path / "f.json").read_text())
     assert figures["about"]["scene"] == "waves:300" and figures["formats"][0]["wrong"] > 0
     assert EXAMPLE.startswith("fit ")
+    rates = figures["images_per_second"]
+    wanted = (rates["folded"] + rates["all units"]) / 2
+    for rate, words in [(wanted, "all units are there"), (1e9, "of 1e+09 that are wanted")]:
+        code, out, _ = run("bkd-sim", "fit", "waves:300", *options, "--rate", rate)
+        assert code == 0 and words in " ".join(out.split()) and not read_config("m.json").folded
+
+
+def test_the_busiest_unit_says_how_long_an_image_takes():
+    prepared = divide(load_scene("waves:300"), TWO_LEVEL)
+    update = len(prepared.image.instructions)
+    work = {"steps": 700, "tests": 100, "ray_tests": 300, "entries": 0}
+    for changes, whole, folded in [
+        ({}, 700, 1400),
+        ({"tests": 200}, 800, 1400),
+        ({"ray_tests": 900}, 900, 2700),
+        ({"entries": 200}, 2400, 2400),
+    ]:
+        tried = Tried(F24, 0.0, work=[work, work | changes])
+        for fold, cycles in ((False, whole), (True, folded)):
+            found = frame_cycles(prepared, tried, fold, shadows=False)
+            assert found == pytest.approx(update + cycles / REACHED)
+            again = frame_cycles(prepared, tried, fold, shadows=True)
+            assert again == pytest.approx(update + 2 * cycles / REACHED)
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (["waves:300", "--error", "2"], ["--error 2", "0 to 1"]),
-        (["waves:300", "--error", "0", "--formats", "5,10"], ["no format", "5,10"][:1]),
+        (["waves:300", "--error", "0", "--formats", "5,10"], ["no format"]),
+        (["waves:300", "--rate", "0"], ["--rate 0", "above 0"]),
+        (["waves:300", "--clock", "inf"], ["--clock inf", "above 0"]),
         (["none.npz"], ["none.npz"]),
         (["waves:300", "-o", "no/such.json"], ["no/such.json"]),
     ],
