@@ -38,3 +38,15 @@ def test_what_fails_is_named(shadowed):
     shadowed("g++", "g++: out of luck: not found")
     with pytest.raises(SimulationError, match="does not build: g.*out of luck"):
         build(Merge3(FloatFormat(3, 2)))
+
+
+def test_the_runtime_is_compiled_once(tmp_path, monkeypatch):
+    """The second simulator takes that of the first, as it is: here with nothing in it."""
+    monkeypatch.setenv("BKDTREE_CACHE", str(tmp_path))
+    build(Merge3(FloatFormat(3, 2)))
+    (runtime,) = tmp_path.glob("runtime-*")
+    assert len(parts := list(runtime.glob("*.o"))) >= 2
+    for part in parts:
+        part.write_bytes(b"")
+    with pytest.raises(SimulationError, match="does not build"):
+        build(Merge3(FloatFormat(3, 3)))
