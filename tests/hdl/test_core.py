@@ -8,6 +8,7 @@ import pytest
 from hdl.config import FULL, Config
 from hdl.core import Core, counters
 from hdl.fp.format import FloatFormat
+from hdl.isa import LAYOUTS, Opcode
 from sim.compiler.rays import (
     View,
     camera_fields,
@@ -86,11 +87,14 @@ class Checked:
         machine.write(0, self.memory)
         places = counters(self.config)["overflows"].shape
         self.overflows = dict.fromkeys(places.members, False)
+        self.bounds: np.ndarray | None = None
+        loads = self.image.instructions[self.image.instructions & 3 == Opcode.LOAD.value]
+        self.loaded = self.image.vertices[loads >> LAYOUTS[Opcode.LOAD]["vertex"].offset]
 
     def pose(self, frame: int, infinite: int = 0):
         """Vertices of a frame, some of them infinite; the bounds in memory stay.
 
-        Where nothing updates them, they are written too.
+        Those that nothing updates are written too.
         """
         image = self.image
         self.bits = self.prepared.coordinates(frame)
@@ -107,8 +111,8 @@ class Checked:
         still = slice(image.nodes_at + first, image.still_at)
         self.memory[still] = image.node_words(bounds)[first:]
         self.machine.write(still.start, self.memory[still])
-        if not self.config.update:
-            self.bounds = bounds
+        older = bounds if self.bounds is None else self.bounds
+        self.bounds = np.concatenate([older[:first], bounds[first:]])
 
     def _corners(self) -> np.ndarray:
         return self.bits[self.prepared.leaf_vertices]
@@ -123,7 +127,8 @@ class Checked:
         image, config, memory = self.image, self.config, self.memory
         corners = self._corners()
         if updates:
-            self.overflows["update"] = bool(np.isinf(decode(config.fmt, self.bits)).any())
+            loaded = decode(config.fmt, self.bits[self.loaded])
+            self.overflows["update"] = bool(np.isinf(loaded).any())
             self.bounds = refit(config.fmt, image.order, corners)
             memory[image.nodes_at : image.still_at] = image.node_words(self.bounds)
         program = {"program": {"address": 0, "length": len(image.instructions)}}
@@ -216,10 +221,14 @@ def test_instances(name, rng):
     assert QUICK or 0.05 < np.concatenate(within).mean() < 0.9
 
 
-def test_overflows_are_flagged(rng):
+@pytest.mark.parametrize("instances", [False, True])
+def test_overflows_are_flagged(instances, rng):
     """Jobs of a packet or two, with numbers of all magnitudes: each flag as the model says."""
     config = CONFIGS["tiny"]
     prepared = prepare(load_scene(SCENE), config)
+    if instances:
+        config = replace(CONFIGS["folded"], instances=True)
+        prepared = random_forest(rng, config)
     seen = []
     with Machine(config, prepared.image.size + 48, Timing(1), unit=Core) as machine:
         checked = Checked(machine, prepared, 16, rng)
