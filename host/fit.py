@@ -10,7 +10,6 @@ from sim.compiler.rays import View
 from sim.errors import InputError
 from sim.prepare import Prepared
 from sim.scene.scene import Scene
-from sim.tree.shape import depth
 
 
 def check_soon(scene: Scene, config: Config, words: int):
@@ -51,7 +50,12 @@ def check_fit(prepared: Prepared, config: Config, words: int):
             f"{config.most_triangles:,}: pointer_bits is {config.pointer_bits} and has to be "
             f"{triangles.bit_length()}; take a smaller scene"
         )
-    levels = depth(prepared.tree)
+    if compiled.instances and len(prepared.image.instances) and not config.instances:
+        raise InputError(
+            f"{name}: is compiled with instances and the board has none; prepare it for the "
+            f"board's config"
+        )
+    levels = prepared.levels
     if levels > config.stack_depth:
         raise InputError(
             f"{name}: its tree has {levels} levels and a stack of the board holds "

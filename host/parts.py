@@ -10,7 +10,9 @@ from hdl.config import Config
 from hdl.fp.format import FloatFormat
 from hdl.rays.packet import hit
 from sim.compiler.image import Image
+from sim.pose import Pose
 
+BOUNDS = "bounds of node"
 LINK_BYTES = 4
 """Of a node: the highest ones."""
 
@@ -22,22 +24,28 @@ class Part:
     Attributes
     ----------
     name : str
-    address : int
-        Of the first word.
+    words : range
+        Addresses.
     first : int
         The first byte of each.
-    rows : (n, size) uint8
+    size : int
+        Bytes of each.
     """
 
     name: str
-    address: int
+    words: range
     first: int
-    rows: np.ndarray
+    size: int
 
     @property
-    def size(self) -> int:
-        """Bytes of each word."""
-        return self.rows.shape[1]
+    def bytes(self) -> int:
+        """Of all."""
+        return len(self.words) * self.size
+
+    def rows(self, memory: np.ndarray) -> np.ndarray:
+        """Them (n, size) uint8 of a memory of words (m, limbs) uint32."""
+        raw = np.ascontiguousarray(memory[self.words.start : self.words.stop], "<u4")
+        return raw.view(np.uint8)[:, self.first : self.first + self.size]
 
 
 def word_bytes(fmt: FloatFormat) -> int:
@@ -60,38 +68,55 @@ def hit_head_bytes(config: Config) -> int:
     return hit(config)["triangle"].offset // 8
 
 
-def constant_parts(image: Image) -> Iterator[Part]:
-    """What an upload writes of a scene: all but vertices and bounds."""
-    whole, words = word_bytes(image.config.fmt), image.constant_words()
-    of = image.config
-    triangle = records.TRIANGLE.size if of.instances else records.TRIANGLE["is_instance"].offset
-    triangle = -(-triangle // 8)
-    for name, begin, end, first, size in (
-        ("program", 0, image.vertices_at, 0, whole),
-        ("triangle", image.triangles_at, image.nodes_at, 0, triangle),
-        ("link of node", image.nodes_at, image.size, whole - LINK_BYTES, LINK_BYTES),
+def parts_of(image: Image) -> Iterator[Part]:
+    """All that means something in the memory of a scene."""
+    fmt, regions = image.config.fmt, image.regions
+    whole, vertex = word_bytes(fmt), vertex_bytes(fmt)
+    with_flag = image.config.instances
+    triangle = records.TRIANGLE.size if with_flag else records.TRIANGLE["is_instance"].offset
+    program = range(-(-len(image.instructions) // image.limbs))  # without the room behind it
+    for part in (
+        Part("program", program, 0, whole),
+        Part("vertex", regions["vertex"], 0, vertex),
+        Part("row", regions["row"], 0, whole),
+        Part("triangle", regions["triangle"], 0, -(-triangle // 8)),
+        Part(BOUNDS, regions["node"], 0, records.bound_bytes(fmt)),
+        Part("link of node", regions["node"], whole - LINK_BYTES, LINK_BYTES),
+        Part("corner", regions["corner"], 0, vertex),
     ):
-        if end > begin:  # a machine that updates no tree has no program
-            yield Part(name, begin, first, rows_of(words[begin:end], first, size))
+        if part.words:
+            yield part
 
 
-def vertex_part(image: Image, coordinates: np.ndarray) -> Part:
-    """The vertices of a frame, of bit patterns (scene's vertices, 3)."""
-    rows = rows_of(image.vertex_words(coordinates), 0, vertex_bytes(image.config.fmt))
-    return Part("vertex", image.vertices_at, 0, rows)
+def upload_bytes(image: Image) -> int:
+    """Bytes that travel for a first frame: all but the bounds that the update writes."""
+    updated = int(image.updated.sum()) * records.bound_bytes(image.config.fmt)
+    return sum(part.bytes for part in parts_of(image)) - updated
 
 
-def bounds_part(image: Image, bounds: np.ndarray) -> Part:
-    """The bounds of all nodes, of bit patterns (N, 4): what an update writes."""
-    fmt = image.config.fmt
-    rows = rows_of(image.node_words(bounds), 0, records.bound_bytes(fmt))
-    return Part("bounds of node", image.nodes_at, 0, rows)
+def changes(pose: Pose, before: Pose | None, header: int) -> list[tuple[Part, list]]:
+    """What the host has to write: for each part runs of words, each an address and its bytes.
 
+    Bounds that the update writes do not travel.
 
-def rows_of(words: np.ndarray, first: int, size: int) -> np.ndarray:
-    """Bytes (n, size) of words (n, limbs) uint32, from byte `first` on."""
-    raw = np.ascontiguousarray(words, "<u4").view(np.uint8)
-    return np.ascontiguousarray(raw[:, first : first + size])
+    Parameters
+    ----------
+    before : Pose, optional
+        What is there; all travels, if nothing is known.
+    header : int
+        Bytes that a run takes beside its words.
+    """
+    found = []
+    for part in parts_of(pose.image):
+        rows = part.rows(pose.words)
+        wanted = np.ones(len(rows), np.bool_)
+        if before:
+            wanted = (rows != part.rows(before.words)).any(axis=1)
+        if part.name == BOUNDS:
+            wanted &= ~pose.image.updated
+        if wanted.any():
+            found.append((part, runs_of(part.words.start, rows, wanted, header)))
+    return found
 
 
 def words_of(rows: np.ndarray, limbs: int) -> np.ndarray:
@@ -114,9 +139,11 @@ def spans(wanted: np.ndarray, size: int, header: int) -> list[slice]:
     return [slice(a, b + 1) for a, b in zip(first, last, strict=True)]
 
 
-def runs_of(part: Part, changed: np.ndarray, header: int) -> list[tuple[int, bytes]]:
-    """The rows where `changed` (n,) is set, in runs of neighbours, each with its address."""
+def runs_of(
+    address: int, rows: np.ndarray, wanted: np.ndarray, header: int
+) -> list[tuple[int, bytes]]:
+    """The rows where `wanted` (n,) is set, in runs of neighbours, each with its address."""
     return [
-        (part.address + span.start, part.rows[span].tobytes())
-        for span in spans(changed, part.size, header)
+        (address + span.start, rows[span].tobytes())
+        for span in spans(wanted, rows.shape[1], header)
     ]

@@ -18,7 +18,6 @@ from host.link.split import RUN
 from host.registers import RegisterMap, Status, check_format, config_in, identification
 from host.runner import Runner
 from sim.compiler.rays import (
-    HIT_FIELDS,
     View,
     camera_fields,
     check_rays,
@@ -26,7 +25,7 @@ from sim.compiler.rays import (
     scene_fields,
 )
 from sim.errors import InputError
-from sim.model.refit import refit
+from sim.pose import Pose, pose_of
 from sim.prepare import Prepared
 from sim.report.pixels import camera_rays
 
@@ -64,10 +63,8 @@ class Board:
         Of its memory.
     clock_hz : int
         0 if it does not say.
-    prepared : Prepared, optional
-        The scene that is on it.
-    bits : (V, 3) int64, optional
-        Bit patterns of the scene's vertices that are on it.
+    pose : Pose, optional
+        The scene that is on it, and its frame.
 
     Raises
     ------
@@ -90,8 +87,8 @@ class Board:
         self._limbs = word_bits(self.config.fmt) // 32
         self._registers = RegisterMap(channel, self.config)
         self._runner = Runner(self._registers, channel.name)
-        self.prepared: Prepared | None = None
-        self.bits: np.ndarray | None = None
+        self.pose: Pose | None = None
+        self._known = False  # the memory holds it
 
     @classmethod
     def open(cls, url: str, baud: int = BAUD, fmt: FloatFormat | None = None) -> "Board":
@@ -152,61 +149,51 @@ class Board:
         InputError
             It does not fit the board: says what, what it needs and what is there.
         """
-        check_fit(prepared, self.config, self.words)
-        with self._at_work():
-            self.prepared = self.bits = None
-            for part in parts.constant_parts(prepared.image):
-                self.write(part.address, part.rows, part.first, progress)
-            self.prepared = prepared
-            self.show(prepared.frames[0] if frame is None else frame, progress)
+        first = prepared.frames[0] if frame is None else frame
+        self._bring(pose_of(prepared, first), None, progress)
 
     def show(self, frame: int, progress: Progress = silently) -> dict | None:
-        """Bring the scene to a frame: the vertices that move, and an update.
+        """Bring the scene to a frame: what changes travels, and an update follows.
 
-        The counters of the update; None where no vertex has moved, or for the first frame on a
-        board without update processor, whose bounds the host writes.
+        That is vertices, and rows of instances; where a part of a divided scene has a new tree,
+        its program, triangles and links too.
+
+        The counters of the update; None where nothing has changed, or nothing can move.
 
         Raises
         ------
         InputError
-            A vertex has moved, and the board has no update processor.
+            A vertex has moved, and the board has no update processor; or a new tree does not fit.
         """
-        prepared = self._on_board()
-        image, bits = prepared.image, prepared.coordinates(frame)
-        part = parts.vertex_part(image, bits)
-        changed = np.ones(len(part.rows), bool)
-        if self.bits is not None:
-            changed = (bits != self.bits)[image.vertices].any(axis=1)
-        if not changed.any():
-            return None
-        if self.bits is not None and not self.config.update:
-            raise InputError(
-                f"{prepared.scene.name}: vertices have moved in frame {frame} and the board has no "
-                f"update processor: build one with update true, or upload that frame"
-            )
-        with self._at_work():
-            self.bits = None
-            runs = parts.runs_of(part, changed, RUN.size)
-            self.channel.write(runs, part.first, part.size, progress)
-            update = self._update(bits, progress)
-            self.bits = bits
-        return update
+        before = self._on_board()
+        pose = pose_of(before.prepared, frame)
+        return self._bring(pose, before if self._known else None, progress)
 
-    def _update(self, bits: np.ndarray, progress: Progress) -> dict | None:
-        """Bring bounds to the vertices that are on the board; None where the host writes them."""
-        prepared = self._on_board()
-        image, length = prepared.image, len(prepared.image.instructions)
-        if not self.config.update:
-            bounds = refit(self.config.fmt, image.order, bits[prepared.leaf_vertices])
-            part = parts.bounds_part(image, bounds)
-            self.write(part.address, part.rows, part.first, progress)
-            return None
+    def _bring(self, pose: Pose, before: Pose | None, progress: Progress) -> dict | None:
+        """Bring the memory to a pose, from another if it is known to be there."""
+        prepared = pose.prepared
+        if before is None or before.prepared is not prepared:
+            check_fit(prepared, self.config, self.words)
+        changes = parts.changes(pose, before, RUN.size)
+        if before and changes and not self.config.update:
+            raise InputError(
+                f"{prepared.scene.name}: vertices have moved in frame {pose.frame} and the board "
+                f"has no update processor: build one with update true, or upload that frame"
+            )
+        length, update = len(pose.image.instructions), None
         job = {
             "program": {"address": 0, "length": length},
             "casts": 0,
-            "cast": {"scene": scene_fields(image)},
+            "cast": {"scene": scene_fields(pose.image, prepared.margin)},
         }
-        return self._runner.run(job, BESIDE + INSTRUCTION_CYCLES * length)["update"]
+        with self._at_work():
+            self.pose, self._known = pose, False
+            for part, runs in changes:
+                self.channel.write(runs, part.first, part.size, progress)
+            if changes and length and self.config.update:
+                update = self._runner.run(job, BESIDE + INSTRUCTION_CYCLES * length)["update"]
+            self._known = True
+        return update
 
     def render(
         self,
@@ -214,26 +201,26 @@ class Board:
         progress: Progress = silently,
         ran: Callable[[dict], None] = lambda _: None,
     ) -> dict[str, np.ndarray]:
-        """Hits (n,) t, u, v, triangle of a camera's rays, in the order of sim.model.rays.camera.
+        """Fields (n,) of the hits of a camera's rays, in the order of sim.model.rays.camera.
 
         In bands of rows where the memory does not hold all; `ran` is told the counters of each.
         """
-        prepared = self._on_board()
+        pose = self._on_board()
         check_rays(self.config, camera=True)
-        image = prepared.image
+        image, prepared = pose.image, pose.prepared
         found: list[dict[str, np.ndarray]] = []
         with self._at_work():
             for band in view.bands(packets_at_once(image, self.words, view, prepared.scene.name)):
                 rays = RAYS * band.packets
                 cast = {
-                    "scene": scene_fields(image),
+                    "scene": scene_fields(image, prepared.margin),
                     **camera_fields(self.config, band),
                     "hits": image.size,
                 }
                 job = {"casts": 1, "cast": cast}
                 ran(self._runner.run(job, BESIDE + RAY_CYCLES * rays))
                 found.append(self._hits(band, progress))
-        return {name: np.concatenate([hits[name] for hits in found]) for name in HIT_FIELDS}
+        return {name: np.concatenate([hits[name] for hits in found]) for name in found[0]}
 
     def _hits(self, view: View, progress: Progress) -> dict[str, np.ndarray]:
         """The hits of a run: their triangles, and the rest of those that are there."""
@@ -257,10 +244,10 @@ class Board:
         hits["u"][misses] = hits["v"][misses] = 0
         return hits
 
-    def _on_board(self) -> Prepared:
-        if self.prepared is None:
+    def _on_board(self) -> Pose:
+        if self.pose is None:
             raise InputError(f"{self.channel.name}: there is no scene on the board; upload one")
-        return self.prepared
+        return self.pose
 
     @contextmanager
     def _at_work(self) -> Iterator[None]:
@@ -269,5 +256,5 @@ class Board:
         try:
             yield
         except SessionLost:
-            self.prepared = self.bits = None
+            self.pose = None
             raise

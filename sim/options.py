@@ -4,7 +4,9 @@ import re
 from pathlib import Path
 
 from sim.command import Parser
+from sim.divide.divided import divide
 from sim.errors import InputError
+from sim.prepare import prepare
 from sim.report.shade import VIEWS
 from sim.scene.load import load_scene
 from sim.scene.scene import Scene
@@ -33,6 +35,17 @@ def source_arguments(parser: Parser, default: str | None = None):
     add("--fps", metavar="N", type=float, help="glTF: frames a second; 24")
     add("--animation", metavar="NAME", help="glTF: name or number; the first")
     add("--period", metavar="N", type=int, help="walker, ...: frames of a period; 24")
+
+
+def divide_argument(parser: Parser):
+    """How the scene is compiled."""
+    text = "part by part: nothing is done for what is still; what moves as a whole is an instance"
+    parser.add_argument("--divide", action="store_true", help=text)
+
+
+def compiler_of(options):
+    """What compiles a scene: sim.prepare.prepare, or sim.divide.divided.divide."""
+    return divide if options.divide else prepare
 
 
 def view_arguments(parser: Parser, size: str):

@@ -23,6 +23,7 @@ from sim.scene.camera import Camera
 from sim.scene.normalise import Normalised, normalise
 from sim.scene.scene import Scene
 from sim.tree.build import POSES, build, spread
+from sim.tree.shape import depth
 from sim.tree.tree import Tree
 
 COARSEST = 1 / 16
@@ -70,10 +71,20 @@ class Prepared:
         """Points (T, 3) of what the leaves are of: triangles of the scene."""
         return self.scene.faces
 
+    @property
+    def tree_faces(self) -> np.ndarray:
+        """Those of them that `tree` is over: an object's are in a tree of their own."""
+        return self.faces[: len(self.tree.children) + 1]
+
     @cached_property
     def leaf_vertices(self) -> np.ndarray:
         """Points (L, 3) that each leaf is merged from."""
         return self.faces[self.image.order.triangles]
+
+    @cached_property
+    def levels(self) -> int:
+        """Nodes that a packet may have waiting."""
+        return depth(self.tree)
 
     @cached_property
     def margin(self) -> int | None:

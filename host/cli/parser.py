@@ -11,8 +11,8 @@ from host.registers import check_config
 from host.session import Board
 from sim.command import Parser, format_of
 from sim.configuration import read_config
-from sim.options import scene_arguments, scene_of
-from sim.prepare import Prepared, prepare
+from sim.options import compiler_of, divide_argument, scene_arguments, scene_of
+from sim.prepare import Prepared
 from sim.scene.scene import Scene
 
 
@@ -24,8 +24,9 @@ def common(parser: Parser):
 
 
 def board_scene_arguments(parser: Parser):
-    """The scene, and what the board is to be."""
+    """The scene, how it is compiled, and what the board is to be."""
     scene_arguments(parser)
+    divide_argument(parser)
     board_arguments(parser)
 
 
@@ -54,10 +55,11 @@ def board_of(options) -> Board:
 
 def prepare_for(board: Board, scene: Scene, options, meter: Meter) -> Prepared:
     """A scene, compiled for a board; what is far too large is refused at once."""
-    check_soon(scene, board.config, board.words)
+    if not options.divide:  # objects may share their geometry
+        check_soon(scene, board.config, board.words)
     # What fits the memory is for the board to say, in its own numbers.
     config = replace(board.config, address_bits=NODE_BITS)
-    return prepare(scene, config, builder=options.builder, step=meter.step)
+    return compiler_of(options)(scene, config, builder=options.builder, step=meter.step)
 
 
 def load(options, meter: Meter) -> Scene:

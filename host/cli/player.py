@@ -60,11 +60,12 @@ def play(
     painted: Callable[[int], None] = lambda _: None,
 ):
     """Render the frames of a report in the scene that is on a board; `painted` is told of each."""
-    prepared, config = board.prepared, board.config
-    assert prepared
+    assert board.pose
+    image, config = board.pose.image, board.config
     view = view_of(config.fmt, camera)
     rays = pixels.camera_rays(config.fmt, view)
-    all_vertices = len(prepared.image.vertices) * parts.vertex_bytes(config.fmt)
+    moving = ("vertex", "row")
+    all_vertices = sum(part.bytes for part in parts.parts_of(image) if part.name in moving)
     hit_bytes = len(rays.pixels) * parts.hit_bytes(config)
     meter.begin("rendering", len(report.frames) * (all_vertices + hit_bytes))
     cycles, overflows = Counter(), Counter()
@@ -89,9 +90,8 @@ def play(
             cycles.update(update=sum(update.values()), updates=1)
         hits = board.render(view, sent, ran)
         meter.less(all_vertices + hit_bytes - moved)
-        assert board.bits is not None
-        vertices = prepared.vertices(board.bits, prepared.rows(frame))
-        seen = pixels.seen_by(camera, vertices, prepared, rays, hits)
+        pose = board.pose
+        seen = pixels.seen_by(camera, pose.vertices, pose.prepared, rays, hits)
         painter.paint(seen, None)
         painted(frame)
         found += int(np.count_nonzero(hits["triangle"] != NO_TRIANGLE))

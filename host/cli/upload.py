@@ -2,7 +2,6 @@
 
 from time import perf_counter
 
-from hdl.records import bound_bytes
 from host import parts
 from host.cli.meter import Meter
 from host.cli.parser import board_of, board_scene_arguments, load, prepare_for
@@ -32,7 +31,7 @@ def run(options) -> int:
         prepared = prepare_for(board, scene, options, meter)
         seconds = upload(board, prepared, frame, meter)
         statistics = board.channel.statistics
-    moved = upload_bytes(prepared)
+    moved = parts.upload_bytes(prepared.image)
     figures = {
         "scene": prepared.scene.name,
         "triangles": len(scene.faces),
@@ -58,15 +57,8 @@ def run(options) -> int:
 
 def upload(board: Board, prepared: Prepared, frame: int, meter: Meter) -> float:
     """Bring a scene to a board; the seconds that it took."""
-    meter.begin("uploading", upload_bytes(prepared))
+    meter.begin("uploading", parts.upload_bytes(prepared.image))
     begin = perf_counter()
     board.upload(prepared, frame, meter.moved)
     return perf_counter() - begin
 
-
-def upload_bytes(prepared: Prepared) -> int:
-    """Bytes of a scene that travel, vertices among them; bounds too, if the board makes none."""
-    image, fmt = prepared.image, prepared.config.fmt
-    constant = sum(part.rows.size for part in parts.constant_parts(image))
-    bounds = 0 if prepared.config.update else image.nodes * bound_bytes(fmt)
-    return constant + len(image.vertices) * parts.vertex_bytes(fmt) + bounds

@@ -1,7 +1,5 @@
 """`bkd-host verify`."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from host import parts
@@ -12,9 +10,8 @@ from host.parts import Part
 from sim.command import Parser
 from sim.console import conclude, table
 from sim.files import check_writable
-from sim.model.refit import refit
 from sim.options import frames_of, json_argument
-from sim.prepare import Prepared
+from sim.pose import pose_of
 
 EXAMPLE = "verify walker:2000 --frame 8"
 NAMES = {
@@ -22,7 +19,9 @@ NAMES = {
     "triangle": "triangles",
     "link of node": "nodes, of which the links",
     "vertex": "vertices",
-    "bounds of node": "nodes, of which the bounds",
+    parts.BOUNDS: "nodes, of which the bounds",
+    "row": "rows of instances",
+    "corner": "corners of boxes that stand still",
 }
 SHOWN = 10
 """Words that differ and are shown."""
@@ -45,13 +44,17 @@ def run(options) -> int:
         frame = frames_of(options.frame, scene.frames, "--frame")[0]
         prepared = prepare_for(board, scene, options, meter)
         check_fit(prepared, board.config, board.words)
-        expected = list(_expected(prepared, frame))
-        meter.begin("reading", sum(part.rows.size for part in expected))
-        for part in expected:
-            found = board.read(part.address, len(part.rows), part.first, part.size, meter.moved)
-            differ = np.flatnonzero((found != part.rows).any(axis=1))
-            wrong, words[part.name] = wrong + len(differ), len(part.rows)
-            shown += [_describe(part, row, found[row]) for row in differ[:SHOWN].tolist()]
+        pose = pose_of(prepared, frame)
+        all_parts = list(parts.parts_of(pose.image))
+        meter.begin("reading", sum(part.bytes for part in all_parts))
+        for part in all_parts:
+            at, expected = part.words, part.rows(pose.words)
+            found = board.read(at.start, len(at), part.first, part.size, meter.moved)
+            differ = np.flatnonzero((found != expected).any(axis=1))
+            wrong, words[part.name] = wrong + len(differ), len(at)
+            shown += [
+                _describe(part, row, found[row], expected[row]) for row in differ[:SHOWN].tolist()
+            ]
     rows = [(NAMES[name], f"{count:,}") for name, count in words.items()]
     rows.append(("of these, words that differ from the model", f"{wrong:,}"))
     title = f"{scene.name}, frame {frame}, on {board.channel.name}"
@@ -61,16 +64,7 @@ def run(options) -> int:
     return 1 if wrong else 0
 
 
-def _expected(prepared: Prepared, frame: int) -> Iterator[Part]:
-    """All that means something in the memory of the board."""
-    image, bits = prepared.image, prepared.coordinates(frame)
-    yield from parts.constant_parts(image)
-    yield parts.vertex_part(image, bits)
-    bounds = refit(image.config.fmt, image.order, bits[prepared.leaf_vertices])
-    yield parts.bounds_part(image, bounds)
-
-
-def _describe(part: Part, row: int, found: np.ndarray) -> str:
+def _describe(part: Part, row: int, found: np.ndarray, expected: np.ndarray) -> str:
     """One line on a word that differs: its bytes, the highest first."""
-    got, want = (bytes(raw[::-1]).hex() for raw in (found, part.rows[row]))
-    return f"{part.name} {row}, at word {part.address + row}: {got}, not {want}"
+    got, want = (bytes(raw[::-1]).hex() for raw in (found, expected))
+    return f"{part.name} {row}, at word {part.words[row]}: {got}, not {want}"

@@ -7,9 +7,7 @@ from sim.command import Parser, checked, format_of
 from sim.compiler.rays import check_ray_format
 from sim.configuration import config_argument, read_config
 from sim.cosim.machine import Timing
-from sim.divide.divided import divide
 from sim.errors import InputError
-from sim.prepare import prepare
 
 BANK_LATENCY = 2
 """Cycles of a bank on the chip: one for the address, one for the word."""
@@ -46,17 +44,6 @@ def memory_arguments(parser: Parser):
     add("--cache", metavar="N", type=int, help="words of each of two; full: 2048")
     add("--stack", metavar="N", type=int, help="levels of the tree; full: 32")
     timing_arguments(parser)
-
-
-def divide_argument(parser: Parser):
-    """How the scene is compiled."""
-    text = "part by part: nothing is done for what is still; what moves as a whole is an instance"
-    parser.add_argument("--divide", action="store_true", help=text)
-
-
-def compiler_of(options):
-    """What compiles a scene: sim.prepare.prepare, or sim.divide.divided.divide."""
-    return divide if options.divide else prepare
 
 
 def timing_of(options, config: Config) -> Timing:

@@ -3,8 +3,6 @@
 from pathlib import Path
 
 from sim.cli.parser import (
-    compiler_of,
-    divide_argument,
     machine_arguments,
     memory_arguments,
     ray_config_of,
@@ -15,6 +13,8 @@ from sim.console import conclude, progress
 from sim.errors import InputError
 from sim.files import check_writable
 from sim.options import (
+    compiler_of,
+    divide_argument,
     frame_of,
     frames_of,
     json_argument,

@@ -3,9 +3,7 @@
 from pathlib import Path
 
 from sim.cli.parser import (
-    compiler_of,
     config_of,
-    divide_argument,
     machine_arguments,
     timing_arguments,
     timing_of,
@@ -14,7 +12,14 @@ from sim.command import Parser
 from sim.console import conclude, progress
 from sim.errors import InputError
 from sim.files import check_writable
-from sim.options import frames_of, json_argument, scene_arguments, scene_of
+from sim.options import (
+    compiler_of,
+    divide_argument,
+    frames_of,
+    json_argument,
+    scene_arguments,
+    scene_of,
+)
 from sim.report.tables import update_tables
 from sim.report.update import measure_update
 

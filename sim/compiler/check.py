@@ -7,6 +7,7 @@ from hdl.config import Config
 from hdl.isa import LAYOUTS, Opcode
 from sim.compiler import fields
 from sim.compiler.disassemble import disassemble
+from sim.compiler.written import written_nodes
 
 
 class IllegalProgram(ValueError):
@@ -67,10 +68,7 @@ def check(
         unwritten = _read_before_write(registers[order], writes[order])
         fault(rows[order][unwritten], f"reads a {kind} register that nothing has written")
 
-    rows = np.flatnonzero(opcodes >= Opcode.MERGE2.value)
-    targets = fields.get(words[rows], LAYOUTS[Opcode.NODE]["node"])
-    written = _nodes(opcodes[rows] == Opcode.NODE.value, targets)
-    merges = rows[opcodes[rows] == Opcode.MERGE2.value]
+    written, merges = written_nodes(instructions), np.flatnonzero(opcodes == Opcode.MERGE2.value)
     fault(merges[written >= nodes], f"there are {nodes} nodes")
     fault(merges[1:][np.diff(written) <= 0], "writes a node again or out of order")
 
@@ -96,18 +94,3 @@ def _read_before_write(registers, writes):
             reads[count] = index
             count += 1
     return reads[:count].copy()
-
-
-@numba.njit("int64[::1](boolean[::1], int64[::1])", cache=True)
-def _nodes(sets, targets):
-    """The node that each merge writes, of a sequence of merges and of instructions that set it."""
-    written = np.empty(len(sets), np.int64)
-    count = node = 0
-    for index in range(len(sets)):
-        if sets[index]:
-            node = targets[index]
-        else:
-            written[count] = node
-            count += 1
-            node += 1
-    return written[:count].copy()

@@ -1,6 +1,7 @@
 """The memory image of a scene: where each record lies, and the words that hold it."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from hdl import records
 from hdl.config import Config
 from sim.compiler import fields
 from sim.compiler.order import Order
+from sim.compiler.written import written_nodes
 from sim.errors import InputError
 
 
@@ -126,6 +128,27 @@ class Image:
     def size(self) -> int:
         """Words in all."""
         return self.still_at + 2 * len(self.still)
+
+    @property
+    def regions(self) -> dict[str, range]:
+        """Words of each kind of record, by name, in the order in which they lie."""
+        starts = {
+            "program": 0,
+            "vertex": self.vertices_at,
+            "row": self.rows_at,
+            "triangle": self.triangles_at,
+            "node": self.nodes_at,
+            "corner": self.still_at,
+        }
+        ends = [*starts.values(), self.size][1:]
+        return {name: range(*at) for name, *at in zip(starts, starts.values(), ends, strict=True)}
+
+    @cached_property
+    def updated(self) -> np.ndarray:
+        """Nodes (N,) of which the program writes the bounds."""
+        updated = np.zeros(self.nodes, np.bool_)
+        updated[written_nodes(self.instructions)] = True
+        return updated
 
     def constant_words(self) -> np.ndarray:
         """The whole image, with all coordinates and bounds zero."""

@@ -117,6 +117,16 @@ class Machine:
             lines = (digits[k : k + width] for k in range(0, len(digits), width))
             self._call("load", address, "\n".join(lines) + "\n")
 
+    def change(self, held: np.ndarray | None, words: np.ndarray) -> int:
+        """Write those of words (n, limbs) from address 0 on that are not `held`; how many.
+
+        All of them where nothing is known of the memory.
+        """
+        changed = np.ones(len(words), np.bool_) if held is None else (words != held).any(axis=1)
+        for begin, end in _runs(changed):
+            self.write(begin, words[begin:end])
+        return int(changed.sum())
+
     def read(self, address: int, count: int) -> np.ndarray:
         """Words (count, limbs) from an address on."""
         limbs = word_bits(self.config.fmt) // 32
@@ -193,3 +203,9 @@ def _figures(view: data.Const) -> dict:
     """Numbers by their names, in dictionaries where layouts hold layouts."""
     fields = ((name, view[name]) for name, _ in view.shape())
     return {k: v if isinstance(v, int) else _figures(v) for k, v in fields}
+
+
+def _runs(wanted: np.ndarray) -> list[tuple[int, int]]:
+    """Where runs of neighbours begin and end of which all are wanted (n,)."""
+    edges = np.flatnonzero(np.diff(wanted, prepend=False, append=False))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -21,6 +21,7 @@ from sim.scene.normalise import normalise
 from sim.scene.scene import Scene
 from sim.tree.build import build
 from sim.tree.cost import pose_cost
+from sim.tree.shape import depth
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,11 @@ class Divided(Prepared):
         grown = join(self.scene, self.analysis, {**self.grown.trees, **trees})
         image = _compile(grown, self.moving, _unstructured(self.analysis), self.config)
         return replace(self, tree=grown.world.tree, image=image, grown=grown)
+
+    @cached_property
+    def levels(self) -> int:
+        objects = (depth(of.tree) for of in self.grown.objects)
+        return super().levels + max(objects, default=0)
 
     @cached_property
     def faces(self) -> np.ndarray:

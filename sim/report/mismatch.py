@@ -32,10 +32,10 @@ def describe_all(
 
 def describe(image: Image, address: int, expected: np.ndarray, found: np.ndarray) -> str:
     """One line on a word (limbs,) that differs: raw bits, and for a bound ulps and values."""
-    if address < image.nodes_at:
-        starts = {"triangle": image.triangles_at, "vertex": image.vertices_at, "program": 0}
-        region = next(name for name, start in starts.items() if address >= start)
-        return f"{region} word {address - starts[region]} was written: {_hex(found)}"
+    region = next(name for name, at in image.regions.items() if address in at)
+    if region != "node":
+        word = address - image.regions[region].start
+        return f"{region} word {word} was written: {_hex(found)}"
     fmt = image.config.fmt
     node = f"node {address - image.nodes_at}"
     for name, (_, field) in zip(BOUNDS, records.bounds(fmt), strict=True):

@@ -71,7 +71,7 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
     The oracle sees the very mesh and rays that the machine sees, so it judges the arithmetic of
     the ray path and not the rounding of the scene.
     """
-    prepared = stage.prepared
+    prepared = stage.pose.prepared
     fmt = prepared.config.fmt
     begin = perf_counter()
     traced = stage.model(rays)
@@ -163,9 +163,9 @@ def _difference(found: dict[str, np.ndarray], expected: dict[str, np.ndarray], r
 
 def judge(stage: Stage, rays: Rays, hits: dict[str, np.ndarray]) -> Taxonomy:
     """Hits against those of exact arithmetic on the same mesh and rays."""
-    prepared = stage.prepared
+    prepared = stage.pose.prepared
     fmt = prepared.config.fmt
-    vertices, faces = prepared.vertices(stage.bits, stage.rows), prepared.surface_faces
+    vertices, faces = stage.pose.vertices, prepared.surface_faces
     origins, directions = decode(fmt, rays.origins), decode(fmt, rays.directions)
     limits = decode(fmt, rays.t_min), decode(fmt, rays.t_max)
     truth = trace_exactly(vertices, faces, origins, directions, *limits)

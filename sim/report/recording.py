@@ -41,7 +41,7 @@ class Recorder:
         """Write all that was kept, whole or not at all."""
         if self._stage is None:
             raise ValueError("nothing was recorded")
-        prepared = self._stage.prepared
+        prepared = self._stage.pose.prepared
         columns = {
             name: np.concatenate([p[name] for p in self._passes]).astype(np.uint32)
             for name in (*RAY_FIELDS, *HIT_FIELDS)
@@ -52,7 +52,7 @@ class Recorder:
             "name": np.array(prepared.scene.name),
             "format": np.array([fmt.exp_bits, fmt.man_bits]),
             "faces": prepared.scene.faces,
-            "bits": self._stage.bits.astype(np.uint32),
+            "bits": self._stage.pose.bits.astype(np.uint32),
             "children": prepared.tree.children,
             "axis": prepared.tree.axis,
         }

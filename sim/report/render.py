@@ -144,8 +144,8 @@ def measure_render(
         for frame in frames:
             run.update(frame)
             cast = run.cast(f"frame {frame}", rays, partial(stage.look, view))
-            vertices = stage.prepared.vertices(stage.bits, stage.rows)
-            seen = pixels.seen_by(camera, vertices, stage.prepared, rays, cast.hits)
+            pose = stage.pose
+            seen = pixels.seen_by(camera, pose.vertices, pose.prepared, rays, cast.hits)
             lit = None
             if lamp is not None:
                 below = pixels.shadow_rays_of(seen, lamp, config.fmt, rays)
@@ -204,9 +204,9 @@ class _Run:
 
     def compare(self, frame: int):
         """Hold the words of the scene to what they should be."""
-        report, image = self.report, self.stage.prepared.image
+        report, image = self.report, self.stage.pose.image
         found = self.stage.machine.read(0, image.size)
-        count, lines = describe_all(image, frame, self.stage.memory, found)
+        count, lines = describe_all(image, frame, self.stage.pose.words, found)
         report.model_mismatches += count
         report.mismatches_shown += lines
 
@@ -226,7 +226,7 @@ class _Run:
         report.model_mismatches += sum(p.mismatches for p in passes)
         shown = [line for p in passes for line in p.shown]
         report.mismatches_shown = [*shown, *report.mismatches_shown][:SHOWN]
-        infinite = {"update": self.infinite} if self.stage.prepared.config.update else {}
+        infinite = {"update": self.infinite} if self.stage.pose.prepared.config.update else {}
         report.overflows = infinite | total([p.overflows for p in passes])
         report.oracle = oracle_figures([p.oracle for p in passes])
         report.cache = {kind: total([p.cache[kind] for p in passes]) for kind in passes[0].cache}

@@ -23,6 +23,7 @@ def update_tables(report: UpdateReport) -> list[Table]:
         ("frames", f"{len(report.frames)} ({report.frames[0]} to {report.frames[-1]})"),
         ("words checked that differ from the model", f"{report.mismatches:,}"),
         ("frames with infinite vertices", f"{report.overflows:,}"),
+        *_sent(report.words_sent),
         ("loads a triangle", f"{report.loads_per_triangle:.3f}"),
         ("memory words a triangle", f"{report.memory_words_per_triangle:.3f}"),
         ("SAH cost against a rebuild, worst frame", f"{max(report.sah_ratio):.3f}"),
@@ -40,6 +41,13 @@ def update_tables(report: UpdateReport) -> list[Table]:
             header=("", "cycles a triangle"),
         ),
     ]
+
+
+def _sent(words: list[int]) -> list[tuple[str, str]]:
+    """What the host writes: all for the first frame, then what changes."""
+    later = words[1:]
+    mean = [("then, a frame", f"{sum(later) / len(later):,.0f}")] if later else []
+    return [("memory words that the host writes first", f"{words[0]:,}"), *mean]
 
 
 CAUSES = {

@@ -5,9 +5,14 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from time import perf_counter
 
+import numpy as np
+
+from hdl.isa import Opcode
+from hdl.records import instructions_per_word
+from sim.compiler.image import Image
 from sim.cosim.machine import Machine, Timing
-from sim.model.refit import refit
 from sim.model.update import execute
+from sim.pose import pose_of
 from sim.prepare import Prepared
 from sim.report.mismatch import SHOWN, describe_all
 from sim.tree.build import build
@@ -18,7 +23,8 @@ from sim.tree.cost import pose_cost
 class UpdateReport:
     """Figures of a run; a list has one entry a frame. Cycles are of the Verilog.
 
-    `overflows` counts the frames in which a vertex was infinite in the format.
+    `overflows` counts the frames in which a vertex was infinite in the format. `words_sent` are the
+    memory words that the host wrote: of the first frame all.
     """
 
     scene: str
@@ -39,6 +45,7 @@ class UpdateReport:
     mismatches_shown: list[str] = field(default_factory=list)
     cycles: int = 0
     cycles_per_frame: list[int] = field(default_factory=list)
+    words_sent: list[int] = field(default_factory=list)
     cycles_per_triangle: float = 0.0
     stall_cycles: dict[str, int] = field(default_factory=dict)
     sah_ratio: list[float] = field(default_factory=list)
@@ -83,8 +90,10 @@ def measure_update(
         The format is too narrow for a frame, or the machine updates no tree.
     """
     prepared.check_updates(prepared.frames[-1])
-    image, faces = prepared.image, prepared.scene.faces
-    triangles, loads = len(faces), int((image.instructions & 3 == 0).sum())
+    image, triangles = prepared.image, len(prepared.scene.faces)
+    instructions = len(image.instructions)
+    loads = int((image.instructions & 3 == Opcode.LOAD.value).sum())
+    program = -(-instructions // instructions_per_word(prepared.config.fmt))
     report = UpdateReport(
         scene=prepared.scene.name,
         triangles=triangles,
@@ -93,9 +102,9 @@ def measure_update(
         format=str(prepared.config.fmt),
         latency=timing.latency,
         stalls=timing.stalls,
-        instructions_per_triangle=len(image.instructions) / triangles,
+        instructions_per_triangle=instructions / triangles,
         loads_per_triangle=loads / triangles,
-        memory_words_per_triangle=(image.vertices_at + loads + image.nodes) / triangles,
+        memory_words_per_triangle=(program + loads + int(image.updated.sum())) / triangles,
         box_registers=image.order.boxes,
         build_seconds=prepared.build_seconds,
         compile_seconds=prepared.compile_seconds,
@@ -103,26 +112,24 @@ def measure_update(
     step("building the simulator")
     with Machine(prepared.config, image.size, timing, waves) as machine:
         step("simulating")
-        expected = image.constant_words()
-        machine.write(0, expected)
+        held = None
+        bounds = np.zeros((image.nodes, 4), np.int64)
         seconds = 0.0
         for frame in prepared.frames:
-            bits = prepared.coordinates(frame)
-            vertices = image.vertex_words(bits)
-            machine.write(image.vertices_at, vertices)
+            pose = pose_of(prepared, frame)
+            prepared, image = pose.prepared, pose.image
+            written = pose.before_update(bounds)
+            report.words_sent.append(machine.change(held, written))
             begin = perf_counter()
-            counters = machine.update(0, len(image.instructions), image.vertices_at, image.nodes_at)
+            _count(report, _updated(machine, image))
             seconds += perf_counter() - begin
-            _count(report, counters)
             report.overflows += machine.overflow
 
-            bounds = refit(prepared.config.fmt, image.order, bits[prepared.leaf_vertices])
-            stale = image.bounds_of(expected[image.nodes_at :])
-            ran = execute(prepared.config, image.instructions, bits[image.vertices], stale)
-            report.mismatches += int((ran != bounds).any(axis=1).sum())
-            expected[image.vertices_at : image.triangles_at] = vertices
-            expected[image.nodes_at :] = image.node_words(bounds)
-            count, lines = describe_all(image, frame, expected, machine.read(0, image.size))
+            stale = image.bounds_of(written[image.nodes_at : image.still_at])
+            ran = execute(prepared.config, image.instructions, pose.vertex_records, stale)
+            report.mismatches += int((ran != pose.bounds).any(axis=1).sum())
+            held, bounds = pose.words, pose.bounds
+            count, lines = describe_all(image, frame, held, machine.read(0, image.size))
             report.mismatches += count
             report.mismatches_shown = [*report.mismatches_shown, *lines][:SHOWN]
 
@@ -131,6 +138,13 @@ def measure_update(
     report.cycles_per_triangle = report.cycles / (triangles * len(report.frames))
     report.simulated_cycles_per_second = report.cycles / seconds
     return report
+
+
+def _updated(machine: Machine, image: Image) -> dict[str, int]:
+    """The cycles of an update, by kind; none where nothing can move."""
+    if not len(image.instructions):
+        return {}
+    return machine.update(0, len(image.instructions), image.vertices_at, image.nodes_at)
 
 
 def _count(report: UpdateReport, counters: dict[str, int]):
@@ -143,6 +157,7 @@ def _count(report: UpdateReport, counters: dict[str, int]):
 
 
 def _sah_ratio(prepared: Prepared, frame: int, builder: str) -> float:
-    vertices, faces = prepared.scene.pose(frame), prepared.scene.faces
-    rebuilt = pose_cost(build(vertices, faces, builder), vertices, faces)
-    return pose_cost(prepared.tree, vertices, faces) / rebuilt
+    """Of the tree that is updated: in a divided scene that of the world."""
+    points, faces = prepared.points(frame), prepared.tree_faces
+    rebuilt = pose_cost(build(points, faces, builder), points, faces)
+    return pose_cost(prepared.tree, points, faces) / rebuilt

@@ -6,10 +6,11 @@ import numpy as np
 
 from hdl import records
 from hdl.config import Config
-from hdl.rays.caster import overflows
+from hdl.rays.caster import COUNTERS, overflows
 from sim.compiler import fields
-from sim.compiler.rays import HIT_FIELDS, hit_words
+from sim.compiler.rays import hit_words
 from sim.model.rays.camera import camera
+from sim.model.rays.transform import Instances
 from sim.model.rays.traversal import trace
 from sim.model.update import execute
 
@@ -31,16 +32,17 @@ def run(config: Config, memory: np.ndarray, job: dict[str, int]) -> dict[str, in
         counts["COUNT_UPDATE_INSTRUCTIONS"] = job["program.length"]
     if job["casts"]:
         counters, infinite = _cast(config, words, job)
-        counts |= {f"COUNT_CAST_{name.upper()}": n for name, n in counters.items()}
+        counted = set(counters) & set(COUNTERS.members)  # the model counts more
+        counts |= {f"COUNT_CAST_{name.upper()}": counters[name] for name in counted}
         counts |= {f"COUNT_OVERFLOWS_{name.upper()}": n for name, n in infinite.items()}
-        counts.pop("COUNT_CAST_DEEPEST")
     return counts
 
 
 def _vertices(config: Config, words: np.ndarray, job: dict[str, int]) -> np.ndarray:
+    """What any word from the first vertex on is, taken as one."""
     layout = records.vertex(config.fmt)
-    begin, end = job["cast.scene.vertices"], job["cast.scene.triangles"]
-    return np.stack([fields.get(words[begin:end], layout[a]) for a in "xyz"], axis=1)
+    words = words[job["cast.scene.vertices"] :]
+    return np.stack([fields.get(words, layout[a]) for a in "xyz"], axis=1)
 
 
 def _nodes(words: np.ndarray, job: dict[str, int]) -> np.ndarray:
@@ -65,21 +67,37 @@ def _update(config: Config, words: np.ndarray, job: dict[str, int]):
     nodes.view(np.uint8)[:, :size] = raw.view(np.uint8)[:, :size]
 
 
+def _instances(config: Config, words: np.ndarray, rows: np.ndarray, leaves: np.ndarray):
+    """Of leaves that are instances, whose rows (I, 3) are words of a memory."""
+    layout = records.row(config.fmt)
+    held = words[rows]
+    flat = held.reshape(-1, held.shape[-1])
+    matrix = [fields.get(flat, layout[name]) for name in ("x", "y", "z", "offset")]
+    roots = fields.get(held[:, 0], layout["root"])
+    index = np.where(leaves, np.cumsum(leaves) - 1, -1)
+    return Instances(index, roots, np.stack(matrix, axis=1).reshape(-1, 3, 4))
+
+
 def _cast(config: Config, words: np.ndarray, job: dict[str, int]) -> tuple[dict, dict]:
     """Counters, and overflows by place."""
-    nodes, layout = _nodes(words, job), records.node(config.fmt)
+    root, begin = job["cast.scene.root"], job["cast.scene.nodes"]
+    nodes, layout = words[begin:], records.node(config.fmt)  # objects' nodes follow the root
     axis, left_leaf, right_leaf, pointer = (
         fields.get(nodes, layout[name])
         for name in ("axis", "left_is_leaf", "right_is_leaf", "pointer")
     )
     left = np.where(left_leaf == 1, ~pointer, pointer)
     right = np.where(right_leaf == 1, ~(pointer + 1), np.arange(len(nodes)) - 1)
-    if len(nodes) == 1 and job["cast.scene.nodes"] - job["cast.scene.triangles"] == 1:
+    if root == 0 and begin - job["cast.scene.triangles"] == 1:
         right[0] = ~pointer[0]  # one triangle, twice
     order = Nodes(np.stack([left, right], axis=1).astype(np.int32), axis.astype(np.uint8))
 
-    triangles = words[job["cast.scene.triangles"] : job["cast.scene.nodes"]]
+    triangles = words[job["cast.scene.triangles"] : begin]
     corners = np.stack([fields.get(triangles, records.TRIANGLE[v]) for v in ("v0", "v1", "v2")], 1)
+    leaves = np.zeros(len(triangles), bool)
+    if config.instances:
+        leaves = fields.get(triangles, records.TRIANGLE["is_instance"]) == 1
+    rows = job["cast.scene.vertices"] + corners[leaves]
     corners = _vertices(config, words, job)[corners]
 
     image = {k.removeprefix("cast.image."): v for k, v in job.items() if "image" in k}
@@ -100,8 +118,10 @@ def _cast(config: Config, words: np.ndarray, job: dict[str, int]) -> tuple[dict,
         rays.t_min,
         rays.t_max,
         margin=job["cast.scene.margin"],
+        instances=_instances(config, words, rows, leaves),
+        root=root,
     )
-    found = hit_words(config, {name: getattr(hits, name) for name in HIT_FIELDS})
+    found = hit_words(config, hits.fields(config))
     words[job["cast.hits"] : job["cast.hits"] + len(found)] = found
     places = {"camera": rays.overflow, **hits.overflows}
     return hits.counters, {name: places[name] for name in overflows(config).members}

@@ -18,6 +18,7 @@ from host.link.port import BAUD
 from host.runner import RunError
 from host.session import Board
 from sim.compiler.rays import HIT_FIELDS
+from sim.divide.divided import divide
 from sim.errors import InputError
 from sim.model.rays.traversal import trace
 from sim.model.refit import refit
@@ -143,10 +144,10 @@ def test_runs_are_merged_where_that_is_shorter():
         rows = np.arange(20 * size, dtype=np.uint8).reshape(20, size)
         changed = np.zeros(20, bool)
         changed[[4, 5, 6 + gap]] = True
-        found = parts.runs_of(parts.Part("x", 100, 0, rows), changed, header)
+        found = parts.runs_of(100, rows, changed, header)
         assert len(found) == runs and found[0][0] == 104
         assert found[-1][1].endswith(rows[6 + gap].tobytes())
-    assert parts.runs_of(parts.Part("x", 100, 0, rows), np.zeros(20, bool), 6) == []
+    assert parts.runs_of(100, rows, np.zeros(20, bool), 6) == []
 
 
 @pytest.mark.parametrize(("width", "height"), [(20, 15), (7, 9), (1, 1), (33, 2)])
@@ -164,6 +165,47 @@ def test_bands_are_the_whole_image(prepared, width, height):
         on_board = on(BoardModel(ULX3S, prepared.image.size + row - 1))
         on_board.upload(prepared)
         on_board.render(seen)
+
+
+DIVIDED = replace(ULX3S, instances=True, address_bits=16)
+
+
+@pytest.mark.parametrize("scene", ["fleet:500", "burst:300", "room:500", "propeller:500"])
+def test_a_divided_scene(compiled, scene):
+    """Frame for frame what the model says, in all words that mean something; little travels."""
+    model = BoardModel(DIVIDED, 1 << 13)
+    board = on(model)
+    divided = divide(load_scene(scene), board.config)
+    moved = []
+    for frame in (0, 8, 8, 3):
+        moved.append([])
+        if frame:
+            board.show(frame, moved[-1].append)
+        else:
+            board.upload(divided, frame, moved[-1].append)
+        pose = board.pose
+        assert pose.frame == frame
+        memory = np.ascontiguousarray(model.memory).view("<u4")
+        for part in parts.parts_of(pose.image):
+            assert (part.rows(memory) == part.rows(pose.words)).all(), part.name
+        seen = view(divided)
+        hits = board.render(seen)
+        rays = camera_rays(F24, seen)
+        expected = pose.prepared.trace(pose.bits, pose.rows, pose.bounds, rays).fields(DIVIDED)
+        assert all((hits[name] == expected[name]).all() for name in expected)
+        assert (hits["triangle"] != NO_TRIANGLE).sum() > 20
+    sent = [sum(counts) for counts in moved]
+    assert sent[0] == parts.upload_bytes(divided.image) and not sent[2]
+    if scene == "fleet:500":
+        assert 0 < sent[1] <= len(divided.image.instances) * (3 * 16 + 2 * 9)
+    if scene == "burst:300":
+        assert sent[1] > 9 * len(divided.image.vertices)  # another tree too
+
+
+def test_a_divided_scene_on_a_board_without_instances(prepared):
+    divided = divide(load_scene("fleet:500"), DIVIDED)
+    with pytest.raises(InputError, match="instances and the board has none"):
+        on(BoardModel(ULX3S, 1 << 13)).upload(divided)
 
 
 def test_a_wide_format():
@@ -288,7 +330,7 @@ def test_a_run_of_another_host_is_stopped_first(model, prepared):
     assert model.busy and second.status().busy  # looking on does not stop it
     model.polls = 0
     second.upload(prepared)
-    assert not model.busy and second.prepared is prepared
+    assert not model.busy and second.pose.prepared is prepared
 
 
 def test_reset(model, prepared):

@@ -85,7 +85,7 @@ def test_no_ray_from_inside_is_lost(mesh, moved, scene_file):
     else:
         inside = prepared.normalised.points(inside * scale + shift)
     with Stage(prepared, 4 * 8192, Timing()) as stage:
-        targets = corners_and_edges(decode(FMT, stage.bits), faces)
+        targets = corners_and_edges(decode(FMT, stage.pose.bits), faces)
         assert len(targets) > 20_000
         rays = aimed(targets, inside)
         triangles = check(stage, rays)
@@ -156,7 +156,7 @@ def test_nothing_but_the_rays_decides_what_they_hit(rng):
         prepared = prepare(scene, config)
         with Stage(prepared, 8000, timing) as stage:
             stage.show(5)
-            rays = awkward(decode(FMT, stage.bits), scene.faces, np.random.default_rng(7), 400)
+            rays = awkward(decode(FMT, stage.pose.bits), scene.faces, np.random.default_rng(7), 400)
             results[name] = stage.cast(rays).hits
             if name != "full":
                 continue
@@ -180,8 +180,8 @@ def test_a_frame_that_has_not_moved_needs_no_update():
     with Stage(prepare(scene, FULL), 4, Timing()) as stage:
         assert stage.show(0) is None
         moved = stage.show(3)
-        assert moved and moved["update"]["instructions"] == len(stage.prepared.image.instructions)
-        assert (stage.machine.read(0, len(stage.memory)) == stage.memory).all()
+        assert moved and moved["update"]["instructions"] == len(stage.pose.image.instructions)
+        assert (stage.machine.read(0, len(stage.pose.words)) == stage.pose.words).all()
         assert stage.show(3) is None
 
 

@@ -134,13 +134,13 @@ def test_in_the_verilog(spec):
         for frame in (frames[9], frames[0], frames[0], frames[9]):
             moved = stage.show(frame)
             assert (moved is None) == (stage.sent == 0)
-            found = stage.machine.read(0, stage.prepared.image.size)
-            assert (found == stage.memory).all()
+            found = stage.machine.read(0, stage.pose.image.size)
+            assert (found == stage.pose.words).all()
             hits, expected = stage.cast(rays).hits, stage.model(rays).fields(SMALL)
             assert all((hits[name] == expected[name]).all() for name in expected)
-            assert (stage.prepared.surfaces(hits) >= 0).any()
+            assert (stage.pose.prepared.surfaces(hits) >= 0).any()
     if spec == "burst:200":
-        assert stage.prepared is not prepared
+        assert stage.pose.prepared is not prepared
     if spec == "fleet:500":
         assert stage.sent <= 5 * len(prepared.image.instances)
 
