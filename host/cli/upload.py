@@ -61,4 +61,3 @@ def upload(board: Board, prepared: Prepared, frame: int, meter: Meter) -> float:
     begin = perf_counter()
     board.upload(prepared, frame, meter.moved)
     return perf_counter() - begin
-

@@ -19,7 +19,6 @@ from sim.report.pixels import camera_rays
 from sim.scene.camera import auto
 from sim.scene.scene import Scene
 from sim.study.precision.truth import against_truth
-from sim.tree.shape import depth
 
 LOOKED_AT = 3
 """Frames whose images are compared."""
@@ -124,14 +123,12 @@ def fit(
 
     Units that nothing needs are left out: the update processor where nothing moves, the
     transformation unit without instances, the camera or the way of rays from memory. Stacks have
-    as many levels as the trees; pointers and addresses the bits of the largest, with room for the
+    as many levels as the trees, those that parts get anew among them; pointers and addresses the bits of the largest, with room for the
     rays and hits of an image; caches no more words than there are records; registers so many that
     fewer would cost instructions. `folded` if that is fast enough.
     """
     image, config = prepared.image, prepared.config
-    levels = depth(prepared.tree) + max(
-        (depth(of.tree) for of in prepared.grown.objects), default=0
-    )
+    grown = _with_all_trees(prepared)
     records = max(image.nodes, len(image.corners))
     geometry = image.nodes_at - image.vertices_at
     width, height = size
@@ -144,27 +141,41 @@ def fit(
         camera=camera,
         source=source,
         folded=folded,
-        stack_depth=levels,
+        stack_depth=max(of.levels for of in grown),
         pointer_bits=bits_for(records),
         address_bits=max(4, bits_for(words - 1)),
         cache_words=min(config.cache_words, 1 << bits_for(max(image.nodes, geometry) - 1)),
     )
-    return _fewer_registers(prepared, small)
+    return _fewer_registers(grown, small)
 
 
-def _fewer_registers(prepared: Divided, config: Config) -> Config:
-    """With as few registers as cost no more than SPARE in instructions."""
-    most = SPARE * len(prepared.image.instructions)
+def _with_all_trees(prepared: Divided) -> list[Divided]:
+    """The scene with the trees that it gets from frame to frame."""
+    found = [prepared]
+    for frame in prepared.frames:
+        if (new := found[-1].at(frame)) is not found[-1]:
+            found.append(new)
+    return found
+
+
+def _fewer_registers(grown: list[Divided], config: Config) -> Config:
+    """With as few registers as cost no more than SPARE in instructions, in each of some trees."""
     for name in ("box_registers", "vertex_registers"):
         for count in REGISTERS:
             fewer = replace(config, **{name: count})
-            try:
-                if len(prepared.compiled(fewer).instructions) <= most:
-                    config = fewer
-                    break
-            except InputError:
-                continue
+            if all(_serves(prepared, fewer) for prepared in grown):
+                config = fewer
+                break
     return config
+
+
+def _serves(prepared: Divided, config: Config) -> bool:
+    """It compiles, to hardly more instructions."""
+    try:
+        instructions = prepared.compiled(config).instructions
+    except InputError:
+        return False
+    return len(instructions) <= SPARE * len(prepared.image.instructions)
 
 
 def _try(scene: Scene, analysis: Analysis, fmt: FloatFormat, size: tuple[int, int]) -> Tried:

@@ -8,6 +8,7 @@ from pathlib import Path
 from sim.errors import InputError
 from sim.files import write_json, written_whole
 from sim.study.page import page, picture
+from sim.study.provenance import line
 from sim.study.section import Section
 
 
@@ -42,16 +43,19 @@ def save(
     csv_tables : dict
         For each .csv its name, its columns and its rows.
     figures : dict
-        For the .json; its provenance goes to the page too.
+        For the .json; its provenance goes to all other files too, in a .csv as a first line that
+        begins with #.
     """
+    made = line(figures["provenance"])
     folder.mkdir(exist_ok=True)
     for section in sections:
         if section.figure:
             for kind in ("png", "svg"):
                 with written_whole(folder / f"{section.name}.{kind}") as temporary:
-                    temporary.write_bytes(picture(section.figure, kind))
+                    temporary.write_bytes(picture(section.figure, kind, made))
     for of, (columns, rows) in csv_tables.items():
         with written_whole(folder / f"{of}.csv") as temporary, temporary.open("w") as file:
+            file.write(f"# {made}\n")
             writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
             writer.writeheader()
             writer.writerows(rows)

@@ -8,6 +8,7 @@ from html import escape
 import matplotlib
 from matplotlib.figure import Figure
 
+from sim.study.provenance import line
 from sim.study.section import Grid, Section
 
 STYLE = """
@@ -24,18 +25,14 @@ def page(title: str, sections: Sequence[Section], caption: str, of: dict) -> str
     for section in sections:
         parts.append(f"<h2>{escape(section.name)}</h2><p>{escape(section.conclusion)}</p>")
         if section.figure:
-            data = base64.b64encode(picture(section.figure, "svg")).decode()
+            data = base64.b64encode(picture(section.figure, "svg", line(of))).decode()
             text = escape(section.conclusion)
             parts.append(f'<img alt="{text}" src="data:image/svg+xml;base64,{data}">')
         parts += [_table(grid) for grid in section.tables]
         parts += [f"<p>{escape(note)}</p>" for note in section.notes]
     parts.append(f"<p>{escape(caption)}</p>")
-    versions = "\n".join(f"{name} {version}" for name, version in of["versions"].items())
-    parts.append(
-        f"<h2>How to get it again</h2><pre>{escape(of['command'])}</pre>"
-        f"<pre>python {escape(of['python'])}\nsources {escape(of['sources'])}\n"
-        f"{escape(versions)}</pre>"
-    )
+    again = line(of).replace("; ", "\n").replace(", ", "\n")
+    parts.append(f"<h2>How to get it again</h2><pre>{escape(again)}</pre>")
     body = "\n".join(parts)
     return (
         f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
@@ -43,11 +40,13 @@ def page(title: str, sections: Sequence[Section], caption: str, of: dict) -> str
     )
 
 
-def picture(figure: Figure, kind: str) -> bytes:
-    """A figure as svg or png: the same bytes each time."""
+def picture(figure: Figure, kind: str, description: str) -> bytes:
+    """A figure as svg or png with a description in it: the same bytes each time."""
     held = io.BytesIO()
+    undated = {"Date": None} if kind == "svg" else {}
     with matplotlib.rc_context({"svg.hashsalt": "bkdtree"}):
-        figure.savefig(held, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else {})
+        metadata = {"Description": description, **undated}
+        figure.savefig(held, format=kind, dpi=200, metadata=metadata)
     return held.getvalue()
 
 

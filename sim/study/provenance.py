@@ -31,5 +31,7 @@ def provenance(seed: int | None = None, *also: str) -> dict:
 
 
 def line(of: dict) -> str:
-    """The same, short, for the foot of a picture."""
-    return f"{of['command']}   bkdtree {of['versions']['bkdtree']} ({of['sources']})"
+    """The same in one line, for pictures and tables."""
+    versions = ", ".join(f"{name} {version}" for name, version in of["versions"].items())
+    seed = "" if of["seed"] is None else f"seed {of['seed']}; "
+    return f"{of['command']}; {seed}sources {of['sources']}; python {of['python']}, {versions}"

@@ -72,6 +72,27 @@ def test_upload_and_verify(host, model, tmp_path):
     assert code == 1 and len(err.splitlines()) == 10
 
 
+def test_a_divided_scene(run, compiled, tmp_path, monkeypatch):
+    """Ships that move as a whole: far fewer bytes travel, and all that is there is right."""
+    monkeypatch.chdir(tmp_path)
+    model = BoardModel(replace(ULX3S, instances=True), 1 << 12)
+    sent = []
+    with Terminal(model.receive) as terminal:
+        for options in (["--divide"], []):
+            board = "--port", terminal.path
+            assert run("bkd-host", *board, "upload", "fleet:500", *options, "--frame", 3)[0] == 0
+            code, out, err = run("bkd-host", *board, "verify", "fleet:500", *options, "--frame", 3)
+            assert (code, err) == (0, "") and narrow(out)
+            assert ("rows of instances" in out) == bool(options)
+            play = "play", "fleet:500", *options, "--frames", "1:4", "--size", "16x12"
+            code, out, err = run("bkd-host", *board, *play, "--json", "p.json")
+            assert (code, err) == (0, "") and narrow(out) and Path("fleet.png").exists()
+            figures = json.loads(Path("p.json").read_text())
+            assert figures["updates"] == 2 and figures["hit_fraction"] > 0.05
+            sent.append((figures["bytes_sent"], figures["update_cycles"]))
+    assert sent[0][0] < 0.6 * sent[1][0]
+
+
 @pytest.mark.parametrize("out", ["walk", "walk.png", "walk.webp", "walk.gif"])
 def test_play(out, host, small):
     code, text, err = host(

@@ -12,6 +12,7 @@ from sim.configuration import read_config
 from sim.divide.divided import divide
 from sim.errors import InputError
 from sim.parts.analyse import analyse
+from sim.pose import pose_of
 from sim.scene.load import load_scene
 from sim.scene.normalise import normalise
 from sim.study.fit import REACHED, Tried, fit, frame_cycles, narrowest
@@ -45,6 +46,17 @@ def test_the_fitted_machine_holds_the_scene(spec):
     assert len(prepared.image.instructions) <= 1.05 * len(whole.image.instructions) + 2
     with pytest.raises(InputError, match="memory words .* addresses"):
         divide(scene, replace(config, address_bits=config.address_bits - 4))
+
+
+def test_trees_of_all_frames_fit():
+    """Parts that fly apart get new trees, and the machine holds them all."""
+    config = fitted("burst:300")
+    prepared, seen = divide(load_scene("burst:300"), config), set()
+    for frame in prepared.frames:
+        prepared = pose_of(prepared, frame).prepared
+        assert prepared.levels <= config.stack_depth
+        seen.add(prepared.levels)
+    assert max(seen) == config.stack_depth and len(seen) > 1
 
 
 def test_another_scene_is_refused_with_the_reason(scene_file):

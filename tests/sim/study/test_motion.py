@@ -125,10 +125,10 @@ def test_tables_fit_a_terminal(results):
 
 
 def test_figures_are_readable_and_the_same_each_time(results):
-    with Image.open(io.BytesIO(picture(figure(results[0]), "png"))) as drawn:
+    with Image.open(io.BytesIO(picture(figure(results[0]), "png", "it"))) as drawn:
         assert drawn.size == (1280, 800)
-    svg = picture(figure(results[0]), "svg")
-    assert svg == picture(figure(results[0]), "svg")
+    svg = picture(figure(results[0]), "svg", "it")
+    assert svg == picture(figure(results[0]), "svg", "it")
     assert svg.startswith(b"<?xml") and b"<svg" in svg
 
 

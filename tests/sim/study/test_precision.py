@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from sim.errors import InputError
 from sim.study.folder import save
@@ -164,7 +165,7 @@ def test_the_conclusion_says_what_is_enough_and_what_it_costs(rows):
 
 
 def test_a_picture_is_the_same_each_time(rows):
-    first, second = (picture(formats_figure(rows), "svg") for _ in range(2))
+    first, second = (picture(formats_figure(rows), "svg", "it") for _ in range(2))
     assert first == second
     for label in ("frontier", "milliseconds"):
         assert f"<!-- {label}".encode() in first, "text is drawn as curves, named in comments"
@@ -193,7 +194,7 @@ def test_policies_that_lose_hits_are_not_the_cheapest():
 def test_files_hold_all_and_need_no_network(rows, tmp_path):
     folder = tmp_path / "out"
     sections = [formats_section("precision", rows), updates_section("updates", [policy("every")])]
-    figures = {"provenance": provenance(), "formats": rows}
+    figures = {"provenance": provenance(seed=7), "formats": rows}
     tables = {"precision": (COLUMNS, rows)}
     save(folder, "precision", "Errors", sections, "what it means", tables, figures)
     pictures = [f"{name}.{kind}" for name in ("precision", "updates") for kind in ("png", "svg")]
@@ -203,7 +204,13 @@ def test_files_hold_all_and_need_no_network(rows, tmp_path):
     assert "http" not in page and 'src="data:' in page
     assert "too &lt;narrow&gt;" in page and "too <narrow>" not in page
     with (folder / "precision.csv").open() as file:
+        made = file.readline()
         read = list(csv.DictReader(file))
+    for told in ("seed 7", "sources ", "python 3", "numpy ", "verilator "):
+        assert made.startswith("# ") and told in made and told.strip() in page
+    with Image.open(folder / "precision.png") as drawn:
+        assert drawn.info["Description"] == made[2:-1]
+    assert made[2:-1] in (folder / "precision.svg").read_text()
     assert [row["wrong"] for row in read] == ["", "0.02", "0.0005", "0.0"]
     assert json.loads((folder / "precision.json").read_text())["formats"][1]["lost"] == 2
 
