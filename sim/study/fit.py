@@ -123,9 +123,10 @@ def fit(
 
     Units that nothing needs are left out: the update processor where nothing moves, the
     transformation unit without instances, the camera or the way of rays from memory. Stacks have
-    as many levels as the trees, those that parts get anew among them; pointers and addresses the bits of the largest, with room for the
-    rays and hits of an image; caches no more words than there are records; registers so many that
-    fewer would cost instructions. `folded` if that is fast enough.
+    as many levels as the trees, those that parts get anew among them; pointers and addresses the
+    bits of the largest, with room for the rays and hits of an image; caches no more words than
+    there are records; registers so many that fewer would cost instructions. `folded` if that is
+    fast enough.
     """
     image, config = prepared.image, prepared.config
     grown = _with_all_trees(prepared)
