@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from sim import pose
+
 FACES = np.array([[0, 1, 2], [0, 2, 3], [3, 2, 1]], np.int32)
 POINTS = np.random.default_rng(1).normal(size=(3, 4, 3))
 
@@ -199,19 +201,38 @@ def test_legal_oddities_work(faces, run, tmp_path):
 
 def test_a_wrong_bound_is_found_and_fails(run, tmp_path, monkeypatch):
     """The command's check can fail: the model is bent, by one ulp of one bound."""
-    import sim.report.update as report
-
-    honest = report.refit
+    honest = pose.refit
 
     def bent(*arguments):
         bounds = honest(*arguments).copy()
         bounds[1, 2] += 1
         return bounds
 
-    monkeypatch.setattr(report, "refit", bent)
+    monkeypatch.setattr(pose, "refit", bent)
     code, out, err = run("bkd-sim", "update", save(tmp_path), "--frames", "1")
     assert code == 1
     assert "frame 1, node 1, right lo" in err and "1 ulp" in err
+
+
+def test_a_divided_scene_is_updated_as_the_model_says(run, tmp_path):
+    """Eight ships: of the whole program what moves is left, and few words travel."""
+    figures = tmp_path / "u.json"
+    lengths = []
+    for options in ([], ["--divide"]):
+        command = "update", "fleet:500", *options, "-c", "two-level", "--frames", "0:3"
+        code, out, err = run("bkd-sim", *command, "--json", figures)
+        assert (code, err) == (0, "") and max(map(len, out.splitlines())) <= 80
+        found = json.loads(figures.read_text())
+        assert found["mismatches"] == 0 and len(found["words_sent"]) == 3
+        assert "then, a frame" in out
+        code, out, _ = run("bkd-sim", "disasm", "fleet:500", *options, "-c", "two-level")
+        assert code == 0
+        lengths.append(len(out.splitlines()))
+    assert lengths[1] < lengths[0] / 10 and found["words_sent"][1:] == [40, 40]
+    command = "update", "waves:50", "--divide", "-c", "two-level", "--frames", "0"
+    code, out, _ = run("bkd-sim", *command, "--json", figures)
+    assert code == 0 and json.loads(figures.read_text())["cycles"] == 0
+    assert "then, a frame" not in out
 
 
 def test_info_and_disasm_agree(run, tmp_path):
