@@ -28,22 +28,31 @@ def compile_tree(tree: Tree, faces: np.ndarray, config: Config) -> Image:
     InputError
         The configuration has too few box registers, address or index bits for the scene.
     """
-    faces = np.ascontiguousarray(faces, np.int32)
-    # No tree needs more box registers than an instruction names.
-    ordered = order(tree, faces, config.box_registers if config.update else 1 << REGISTER_BITS)
-    check_pointers(len(ordered.triangles), config)
-    nodes = len(ordered.axis)
-    corners = faces[ordered.triangles]
     if not config.update:
-        vertices, record = _records(corners.ravel())
-        return Image(config, ordered, np.zeros(0, np.uint32), vertices, record[corners], nodes)
-
+        # No tree needs more box registers than an instruction names.
+        return place(tree, faces, config, 1 << REGISTER_BITS)
+    faces = np.ascontiguousarray(faces, np.int32)
+    ordered = order(tree, faces, config.box_registers)
+    check_pointers(len(ordered.triangles), config)
+    corners = faces[ordered.triangles]
     loads = allocate(corners, config.vertex_registers, config.lead)
     vertices, record = _records(loads.vertex)
     if len(vertices) > 1 << VERTEX_BITS:
         raise InputError(f"{len(vertices)} vertices; an instruction addresses {1 << VERTEX_BITS}")
     instructions = schedule(ordered, loads, record[loads.vertex], config)
+    nodes = len(ordered.axis)
     return Image(config, ordered, instructions, vertices, record[corners], nodes)
+
+
+def place(tree: Tree, faces: np.ndarray, config: Config, box_registers: int) -> Image:
+    """Image of a tree without a program, in the order for one that has so many box registers."""
+    faces = np.ascontiguousarray(faces, np.int32)
+    ordered = order(tree, faces, box_registers)
+    check_pointers(len(ordered.triangles), config)
+    corners = faces[ordered.triangles]
+    vertices, record = _records(corners.ravel())
+    none = np.zeros(0, np.uint32)
+    return Image(config, ordered, none, vertices, record[corners], len(ordered.axis))
 
 
 def check_pointers(triangles: int, config: Config):

@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdl.config import Config
-from sim.compiler.compile import check_pointers, compile_tree
+from sim.compiler.compile import check_pointers, place
 from sim.compiler.image import Image, Instances
-from sim.compiler.order import Order
+from sim.compiler.order import Order, least_boxes
 from sim.compiler.partial import partial
 from sim.tree.tree import Tree
 
-LEAST, MOST = 2, 5
-"""Instructions that a triangle takes: a merge of its corners and of a node, and up to 3 loads."""
+MOST = 5
+"""Instructions of a leaf: a merge of its corners, one of a node, and three loads at most; or of a
+box that is still, two loads and a jump past its nodes."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,9 @@ class Branch:
 def compile_forest(
     world: Branch, objects: Sequence[Branch], instances: np.ndarray, config: Config
 ) -> Image:
-    """Image of a world in which some leaves are instances of objects.
+    """Image of a world in which some leaves are instances of objects, without a program.
 
-    The program updates the world's tree; those of objects are still. World first, objects after
+    The trees of objects are still. World first, objects after
     it, in all tables: what holds for the image of the world alone holds here. (Two levels as in
     Wald, Benthin, Slusallek, "Distributed Interactive Ray Tracing of Dynamic Scenes", 2003.)
 
@@ -54,7 +55,7 @@ def compile_forest(
     InputError
         The configuration is too small for the scene.
     """
-    images = [compile_tree(branch.tree, branch.corners, config) for branch in (world, *objects)]
+    images = [_placed(branch, config) for branch in (world, *objects)]
     nodes = _offsets([image.nodes for image in images])
     leaves = _offsets([len(image.corners) for image in images])
     vertices = _offsets([len(image.vertices) for image in images])
@@ -93,20 +94,32 @@ def compile_forest(
     )
 
 
-def moving_only(image: Image, moves: np.ndarray, regrown: int) -> Image:
+def moving_only(image: Image, moves: np.ndarray, *, regrown: bool) -> Image:
     """The image with a program of what can move: leaves (L,) that do, and the nodes above them.
 
-    Bounds of all others are written once. Nothing moves, and there is no program. There is room
-    for a program of other trees over `regrown` of the leaves.
+    Bounds of all others are written once. Nothing moves, and there is no program. If `regrown`,
+    there is room for the longest program of any other trees over these leaves.
 
     Raises
     ------
     InputError
-        The boxes of what is still do not fit.
+        The boxes of what is still do not fit, or there are too few box registers.
     """
     part = partial(image, moves)
-    room = len(image.instructions) + (MOST - LEAST) * regrown if regrown else 0
-    return replace(image, instructions=part.instructions, still=part.spans, room=room)
+    room = MOST * (int(part.merged.sum()) + len(part.spans)) if regrown else 0
+    return replace(
+        image,
+        order=replace(image.order, boxes=part.boxes),
+        instructions=part.instructions,
+        still=part.spans,
+        room=room,
+    )
+
+
+def _placed(branch: Branch, config: Config) -> Image:
+    """A tree in the order for a program of a part of it, which may need fewer boxes than all."""
+    boxes = max(config.box_registers, least_boxes(branch.tree))
+    return place(branch.tree, branch.corners, config, boxes)
 
 
 def _offsets(counts: Sequence[int]) -> np.ndarray:

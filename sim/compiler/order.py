@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from hdl.config import Config
 from sim.compiler.sequence import sequence
 from sim.errors import InputError
 from sim.tree.tree import Tree
@@ -65,6 +66,33 @@ def order(tree: Tree, faces: np.ndarray, box_registers: int) -> Order:
     right_first, boxes = sequence(children, faces, need, leaves, spare)
     placed, axis, triangles = _place(children, np.asarray(tree.axis, np.uint8), right_first)
     return Order(placed, axis, triangles, boxes)
+
+
+def least_boxes(tree: Tree) -> int:
+    """Box registers that a tree needs in any order."""
+    return int(_needs(np.ascontiguousarray(tree.children, np.int32))[0][0])
+
+
+@numba.njit("int64(int32[:, ::1])", cache=True)
+def boxes_of(children):
+    """Box registers that nodes in post-order need; a leaf beside a node comes after it."""
+    boxes = np.empty(len(children), np.int64)
+    for node in range(len(children)):
+        left, right = children[node, 0], children[node, 1]
+        if left >= 0 and right >= 0:
+            boxes[node] = max(boxes[left], 1 + boxes[right])
+        else:
+            boxes[node] = max(boxes[max(left, right)], 2) if max(left, right) >= 0 else 2
+    return boxes.max()
+
+
+def check_boxes(boxes: int, config: Config):
+    """Refuse an order that needs more box registers than the machine has."""
+    if boxes > config.box_registers:
+        raise InputError(
+            f"what moves needs {boxes} box registers: box_registers is {config.box_registers} and "
+            f"has to be {boxes}"
+        )
 
 
 @numba.njit("Tuple((int32[::1], int32[::1]))(int32[:, ::1])", cache=True)

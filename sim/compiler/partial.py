@@ -11,7 +11,7 @@ from hdl.isa import LAYOUTS, VERTEX_BITS, Opcode
 from sim.compiler import fields
 from sim.compiler.allocate import allocate
 from sim.compiler.image import Image
-from sim.compiler.order import Order
+from sim.compiler.order import Order, boxes_of, check_boxes
 from sim.compiler.schedule import schedule
 from sim.errors import InputError
 
@@ -28,6 +28,8 @@ class Partial:
     ----------
     instructions : (n,) uint32
         Empty if nothing moved.
+    boxes : int
+        Box registers that it needs.
     merged : (L,) bool
         Leaves that it merges: those that moved, and those beside what moved.
     spans : (K, 2) int32
@@ -37,6 +39,7 @@ class Partial:
     """
 
     instructions: np.ndarray
+    boxes: int
     merged: np.ndarray
     spans: np.ndarray
 
@@ -51,14 +54,17 @@ def partial(image: Image, moved: np.ndarray) -> Partial:
     Raises
     ------
     InputError
-        The boxes do not fit the memory, or have no vertex index.
+        The boxes of what is beside it do not fit the memory, or have no vertex index; or the
+        machine has too few box registers.
     """
     order, config = image.order, image.config
     moved = np.ascontiguousarray(moved, np.bool_)
     nodes, children, sources, spans = _reduce(order.children, moved)
     merged = np.zeros(len(moved), np.bool_)
     if not len(nodes):
-        return Partial(np.zeros(0, np.uint32), merged, spans)
+        return Partial(np.zeros(0, np.uint32), 0, merged, spans)
+    boxes = boxes_of(children)
+    check_boxes(boxes, config)
     image.check_fits(image.size + 2 * len(spans))
     first = image.size - image.vertices_at  # vertex index of the first corner
     if first + 2 * len(spans) > 1 << VERTEX_BITS:
@@ -73,9 +79,9 @@ def partial(image: Image, moved: np.ndarray) -> Partial:
     corners[~leaf] = first + 2 * ~sources[~leaf, None] + (0, 1, 1)
 
     loads = allocate(corners, config.vertex_registers, config.lead)
-    reduced = Order(children, order.axis[nodes], np.zeros(0, np.int32), order.boxes)
+    reduced = Order(children, order.axis[nodes], np.zeros(0, np.int32), boxes)
     instructions = schedule(reduced, loads, loads.vertex, config)
-    return Partial(_with_jumps(instructions, nodes), merged, spans)
+    return Partial(_with_jumps(instructions, nodes), boxes, merged, spans)
 
 
 def corner_words(fmt: FloatFormat, corners: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ class Divided(Prepared):
         Of the normalised scene.
     grown : Grown
     moving : (V,) bool
-        Vertices of the scene that move in some frame.
+        Vertices of the scene that move in some frame, and all of parts that get new trees.
     """
 
     analysis: Analysis
@@ -53,7 +53,7 @@ class Divided(Prepared):
         pose, faces = self.scene.pose(frame), self.scene.faces
         trees = {}
         for k, part in enumerate(self.analysis.parts):
-            if part.kind == Kind.UNSTRUCTURED:
+            if _is_regrown(part):
                 own, old = faces[part.faces], self.grown.trees[k]
                 new = build(pose, own, around=pose)
                 if pose_cost(old, pose, own) > self.analysis.factor * pose_cost(new, pose, own):
@@ -61,7 +61,7 @@ class Divided(Prepared):
         if not trees:
             return self
         grown = join(self.scene, self.analysis, {**self.grown.trees, **trees})
-        image = _compile(grown, self.moving, _unstructured(self.analysis), self.config)
+        image = _compile(grown, self.moving, self.config, regrown=True)
         return replace(self, tree=grown.world.tree, image=image, grown=grown)
 
     @cached_property
@@ -75,7 +75,8 @@ class Divided(Prepared):
 
     def compiled(self, config: Config) -> Image:
         """The image for another machine of the same format."""
-        return _compile(self.grown, self.moving, _unstructured(self.analysis), config)
+        regrown = any(map(_is_regrown, self.analysis.parts))
+        return _compile(self.grown, self.moving, config, regrown=regrown)
 
     def points(self, frame: int) -> np.ndarray:
         points = self.scene.pose(frame)
@@ -183,6 +184,9 @@ def divide(
         analysis = replace(analysis, parts=[_deforming(part) for part in analysis.parts])
     scene = normalised.scene
     moving = _moving(scene, normalised.frames)
+    regrown = [part for part in analysis.parts if _is_regrown(part)]
+    for part in regrown:  # all of it, so that its trees have programs of like size
+        moving[part.vertices] = True
     step("building the trees")
     begin = perf_counter()
     trees = trees_of(scene, analysis, builder)
@@ -190,7 +194,7 @@ def divide(
     build_seconds = perf_counter() - begin
     step("compiling the program")
     begin = perf_counter()
-    image = _compile(grown, moving, _unstructured(analysis), config)
+    image = _compile(grown, moving, config, regrown=bool(regrown))
     compile_seconds = perf_counter() - begin
     poses = spread(normalised.frames, POSES)
     tree = grown.world.tree
@@ -207,24 +211,21 @@ def _moving(scene: Scene, frames: range) -> np.ndarray:
     return moving
 
 
-def _compile(grown: Grown, moving: np.ndarray, regrown: int, config: Config) -> Image:
-    """Image of all trees; its program updates the leaves of which a point moves in some frame.
-
-    `regrown` leaves may get other trees.
-    """
+def _compile(grown: Grown, moving: np.ndarray, config: Config, *, regrown: bool) -> Image:
+    """Image of all trees; its program updates the leaves of which a point moves in some frame."""
     whole = compile_forest(grown.world, grown.objects, grown.instances, config)
     points = np.concatenate([moving, np.ones(2 * len(grown.parts), np.bool_)])
     moves = points[grown.world.corners].any(axis=1)
     still = [np.zeros(len(branch.corners), np.bool_) for branch in grown.objects]
     moves = np.concatenate([moves, *still])[whole.order.triangles]
-    image = moving_only(whole, moves, regrown)
+    image = moving_only(whole, moves, regrown=regrown)
     check(config, image.instructions, image.records, image.world, complete=False)
     return image
 
 
-def _unstructured(analysis: Analysis) -> int:
-    """Triangles of parts that are built again and again."""
-    return sum(len(part.faces) for part in analysis.parts if part.kind == Kind.UNSTRUCTURED)
+def _is_regrown(part: Part) -> bool:
+    """It gets new trees, as frames go by."""
+    return part.kind == Kind.UNSTRUCTURED
 
 
 def _deforming(part: Part) -> Part:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdl.config import Config
-from sim.compiler.forest import Branch, compile_forest
+from sim.compiler.forest import Branch, compile_forest, moving_only
 from sim.compiler.image import Image
 from sim.model.fp.format import encode
 from sim.prepare import Prepared
@@ -77,7 +77,8 @@ def random_forest(rng, config: Config, triangles: int = 40, instances: int = 5) 
         for (of, local), begin in zip(parts[1:], starts[1:], strict=False)
     ]
     placed = np.stack([triangles + np.arange(instances), rng.integers(2, size=instances)], axis=1)
-    image = compile_forest(world, objects, placed, config)
+    whole = compile_forest(world, objects, placed, config)
+    image = moving_only(whole, np.arange(len(whole.corners)) < len(faces), regrown=False)
     corners = np.concatenate([branch.corners for branch in (world, *objects)])
     return Forest(
         tree=world.tree, image=image, corners=corners, fixed=points, seed=int(rng.integers(1 << 30))

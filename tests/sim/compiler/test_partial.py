@@ -11,8 +11,9 @@ from hypothesis.extra import numpy as hnp
 from hdl.config import FULL, TINY, Config
 from hdl.fp.format import FloatFormat
 from sim.compiler.check import check
-from sim.compiler.compile import compile_tree
+from sim.compiler.compile import compile_tree, place
 from sim.compiler.image import Image
+from sim.compiler.order import least_boxes
 from sim.compiler.partial import Partial, corner_words, partial
 from sim.cosim.machine import Machine, Timing
 from sim.errors import InputError
@@ -110,6 +111,24 @@ def test_exactly_as_many_boxes_as_the_order_needs(rng):
         need = compile_tree(tree, faces, FULL).order.boxes
         image = compile_tree(tree, faces, replace(FULL, box_registers=need))
         assert_updates(image, *moving(rng, 150, 0.05, 24))
+
+
+def test_no_more_boxes_than_what_moves_needs(rng):
+    """A machine of two box registers updates one leaf of any tree; four leaves may need three."""
+    for shape in (balanced(6), random_tree(rng, 64), chain(64, leaf_left=True)):
+        faces = np.arange(192, dtype=np.int32).reshape(-1, 3)
+        small = replace(FULL, box_registers=2)
+        image = place(shape, faces, small, least_boxes(shape))
+        moved = np.zeros(64, bool)
+        moved[37] = True
+        part = partial(image, moved)
+        assert part.boxes <= 3
+        if part.boxes == 2:
+            index = image.size - image.vertices_at + 2 * len(part.spans)
+            check(small, part.instructions, index, image.nodes, complete=False)
+    image = place(balanced(6), faces, small, 7)
+    with pytest.raises(InputError, match="what moves needs 7 .* box_registers is 2 .* be 7"):
+        partial(image, np.ones(64, bool))
 
 
 def test_nothing_moved():
