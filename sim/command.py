@@ -60,11 +60,11 @@ def size_of(text: str, example: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def format_of(text: str) -> FloatFormat:
-    """The format of --format E,M."""
+def format_of(text: str, option: str = "--format") -> FloatFormat:
+    """The format of an option E,M."""
     bits = format_bits(text)
     if not bits:
-        raise InputError(f"--format {text}: give exponent and mantissa bits, as in 7,16")
+        raise InputError(f"{option} {text}: give exponent and mantissa bits, as in 7,16")
     return checked(FloatFormat, exp_bits=bits[0], man_bits=bits[1])
 
 
@@ -74,27 +74,42 @@ def format_bits(text: str) -> tuple[int, int] | None:
     return (int(match[1]), int(match[2])) if match else None
 
 
-def checked(make, **values):
+def checked(make, *values, **options):
     """What `make` makes of options; what it refuses is bad input."""
     try:
-        return make(**values)
+        return make(*values, **options)
     except ValueError as error:
         raise InputError(str(error)) from error
 
 
-def run(parser: Parser, *failures: type[Exception]):
+def run(
+    parser: Parser,
+    *failures: type[Exception],
+    explain: Callable[[argparse.Namespace, Exception], str] = lambda *_: "",
+):
     """Run the command that the options name, and exit with what it returns.
 
-    Bad input and `failures`, which a user can mend too, are one line and exit code 2.
+    Bad input and `failures`, which a user can mend too, are one line and exit code 2; `explain`
+    may add to that.
     """
+    code, options = 0, argparse.Namespace()
     try:
         options = parser.parse_args()
-        sys.exit(options.run(options))
+        code = options.run(options)
+        sys.stdout.flush()
     except (InputError, *failures) as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        sys.exit(2)
+        print(f"{parser.prog}: {error}{explain(options, error)}", file=sys.stderr)
+        code = 2
     except KeyboardInterrupt:
-        sys.exit(130)
-    except BrokenPipeError:  # the reader of a pipe has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(0)
+        code = 130
+    except BrokenPipeError:
+        close_stdout()
+    except OSError as error:  # a disk that is full, a folder that went
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        code = 2
+    sys.exit(code)
+
+
+def close_stdout():
+    """The reader of a pipe has seen enough: what is printed from now on is nobody's business."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -8,18 +8,19 @@ A file is JSON::
      "config": {"fmt": "7,16", "packets": 16, "update": false}
     }
 
-`about` says what it is for, and is for people. Parameters that are not in `config` are those of the
+`about` says what it was fitted to, for people. Parameters that are not in `config` are those of the
 full machine.
 """
 
 import json
+from argparse import Namespace
 from dataclasses import fields
 from pathlib import Path
 
 from hdl.config import CONFIGS, Config
 from hdl.fp.format import FloatFormat
 from sim.command import Parser, format_bits
-from sim.errors import InputError
+from sim.errors import InputError, UnfitError
 from sim.files import write_json
 
 KIND, VERSION = "bkdtree configuration", 1
@@ -66,6 +67,18 @@ def write_config(file: Path, config: Config, about: dict):
     """Write a configuration with all its parameters, whole or not at all."""
     values = {field.name: getattr(config, field.name) for field in fields(Config)}
     write_json(file, {KIND: VERSION, "about": about, "config": values | {"fmt": str(config.fmt)}})
+
+
+def explain(options: Namespace, error: Exception) -> str:
+    """What a machine of a file was fitted to, where it is not one for what it is to do now."""
+    text = getattr(options, "config", None)
+    if not isinstance(error, UnfitError) or not text or text in CONFIGS:
+        return ""
+    about = json.loads(Path(text).read_text()).get("about", {})
+    if not {"scene", "size"} <= about.keys():
+        return f" ({text})"
+    size = "x".join(map(str, about["size"]))
+    return f" ({text} was fitted to {about['scene']}, with --divide, at {size})"
 
 
 def _config_in(content: object) -> Config:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from sim.command import close_stdout
 from sim.files import write_json
 
 
@@ -45,21 +46,32 @@ def table(title: str, rows: Iterable[Sequence[str]], header: Sequence[str] = ())
     return shown
 
 
+class _Console(Console):
+    """One that goes on where the reader of a pipe has seen enough: files are yet to be written."""
+
+    def on_broken_pipe(self):
+        close_stdout()
+
+
 def print_tables(*tables):
     """Print tables, no wider than 80 columns even into a pipe."""
-    console = Console(highlight=False)
+    console = _Console(highlight=False)
     width = min(console.width, 80) if console.is_terminal else 80
+    console.width = width
     console.print(*tables, sep="", width=width)
 
 
 def print_text(text: str):
     """Print a paragraph in lines of at most 80 columns."""
-    print(fill(text, 80, break_long_words=False, break_on_hyphens=False))
+    try:
+        print(fill(text, 80, break_long_words=False, break_on_hyphens=False), flush=True)
+    except BrokenPipeError:
+        close_stdout()
 
 
 def conclude(tables: Iterable, json: Path | None, figures: dict, mismatches: Sequence[str]):
-    """Print tables, write figures to a file if there is one, and say on stderr what is wrong."""
-    print_tables(*tables)
+    """Write figures to a file if there is one, print tables, and say on stderr what is wrong."""
     write_json(json, figures)
+    print_tables(*tables)
     for line in mismatches:
         print(line, file=sys.stderr)

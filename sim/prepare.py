@@ -13,7 +13,7 @@ from sim.compiler.check import check
 from sim.compiler.compile import compile_tree
 from sim.compiler.image import Image
 from sim.compiler.rays import View, check_image
-from sim.errors import InputError
+from sim.errors import InputError, UnfitError
 from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import Rays
 from sim.model.rays.setup import ROUNDING_ULPS
@@ -80,6 +80,11 @@ class Prepared:
     def leaf_vertices(self) -> np.ndarray:
         """Points (L, 3) that each leaf is merged from."""
         return self.faces[self.image.order.triangles]
+
+    @property
+    def advice(self) -> str:
+        """What would serve the scene better; nothing if nothing would."""
+        return ""
 
     @cached_property
     def levels(self) -> int:
@@ -165,7 +170,7 @@ class Prepared:
     def check_updates(self, frame: int):
         """Refuse to show a frame in which vertices have moved, if the machine updates no tree."""
         if not self.config.update:
-            raise InputError(
+            raise UnfitError(
                 f"{self.scene.name}: vertices have moved in frame {frame} and the machine has no "
                 f"update processor: use a configuration with update true, or show one frame alone"
             )

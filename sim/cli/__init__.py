@@ -2,6 +2,7 @@
 
 from sim.cli import analyse, board, disasm, fit, info, precision, render, replay, stability, update
 from sim.command import parser, run
+from sim.configuration import explain
 from sim.cosim.verilate import SimulationError
 
 COMMANDS = {
@@ -21,4 +22,4 @@ COMMANDS = {
 def main():
     """Run the command."""
     text = "Simulate, check and measure a B-KD tree machine."
-    run(parser("bkd-sim", text, COMMANDS), SimulationError)
+    run(parser("bkd-sim", text, COMMANDS), SimulationError, explain=explain)

@@ -74,6 +74,8 @@ def _address(text: str) -> tuple[str, int]:
 
 
 def _simulated(options) -> SimulatedBoard:
+    if not options.clock > 0:
+        raise InputError(f"--clock {options.clock:g}: give MHz above 0")
     with progress() as bar:
         bar.add_task("building the simulator", total=None)
         return checked(

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 from hdl.config import TWO_LEVEL, Config
-from sim.command import Parser, command_line, format_of, size_of
+from sim.command import Parser, checked, command_line, format_of, size_of
 from sim.configuration import write_config
 from sim.console import print_tables, print_text, progress, table
 from sim.divide.divided import divide
@@ -33,7 +33,12 @@ def arguments(parser: Parser):
     add("--shadows", action="store_true", help="keep the way of rays from memory, for shadows")
     text = "images a second that are enough, for a machine folded to fewer units; %(default)g"
     add("--rate", metavar="N", type=float, default=24, help=text)
-    add("--clock", metavar="MHZ", type=float, help="of the machine; that of its float format")
+    add(
+        "--clock",
+        metavar="MHZ",
+        type=float,
+        help="of the machine; that of its float format, if it is known",
+    )
     text = "write the configuration to FILE, for -c of all commands"
     add("-o", "--out", metavar="FILE", type=Path, help=text)
     json_argument(parser)
@@ -49,7 +54,9 @@ def run(options) -> int:
         value = getattr(options, name)
         if value is not None and not 0 < value < float("inf"):
             raise InputError(f"--{name} {value:g}: give a number above 0")
-    formats = [format_of(text) for text in options.formats]
+    formats = [format_of(text, "--formats") for text in options.formats]
+    for fmt in formats:
+        checked(replace, TWO_LEVEL, fmt=fmt)
     with progress() as bar:
         task = bar.add_task("reading the scene", total=None)
 
@@ -73,21 +80,19 @@ def run(options) -> int:
         whole = replace(TWO_LEVEL, fmt=chosen)
         prepared = divide(scene, whole, frames=frames, analysis=analysis, step=step)
         best = next(of for of in tried if of.fmt == chosen)
-        clock = options.clock or read_hardware(MEASURED).figures(str(chosen))["clock_mhz"]
+        known = read_hardware(MEASURED).figures(str(chosen))
+        clock = options.clock or known["clock_mhz"]
+        assumed = not (options.clock or known["clock_measured"])
         rates = {
             folded: 1e6 * clock / frame_cycles(prepared, best, folded, shadows=options.shadows)
             for folded in (False, True)
         }
         folded = rates[True] >= options.rate
         config = fit(prepared, size, source=options.shadows, folded=folded)
-    print_tables(_formats(tried), _parameters(config))
-    print_text(_conclusion(scene.name, best.wrong or 0.0, config))
-    print_text(_speed(size, clock, rates, options.rate))
     command = command_line()
     about = {"scene": scene.name, "error": options.error, "size": list(size), "command": command}
     if options.out:
         write_config(options.out, config, about)
-        print(f"{options.out}: the configuration, for -c of all commands")
     figures = {
         "about": about,
         "formats": [
@@ -98,6 +103,12 @@ def run(options) -> int:
         "config": {f.name: str(getattr(config, f.name)) for f in fields(Config)},
     }
     write_json(options.json, figures)
+    print_tables(_formats(tried), _parameters(config))
+    print_text(_conclusion(scene.name, best.wrong or 0.0, config))
+    text = f"{clock:g} MHz" + (", a clock that is assumed" if assumed else "")
+    print_text(_speed(size, text, rates, options.rate))
+    if options.out:
+        print_text(f"{options.out}: the configuration, for -c of all commands")
     return 0
 
 
@@ -136,14 +147,18 @@ def _conclusion(name: str, wrong: float, config: Config) -> str:
     return f"{name}: {fmt.bits} bits ({fmt}) get {100 * wrong:.2g} % of pixels wrong{out}."
 
 
-def _speed(size: tuple[int, int], clock: float, rates: dict[bool, float], wanted: float) -> str:
+def _speed(size: tuple[int, int], clock: str, rates: dict[bool, float], wanted: float) -> str:
     folded = rates[True] >= wanted
     if folded:
-        verdict = f"; {wanted:g} are enough: units take turns"
+        verdict = f"; {_count(wanted)} are enough: units take turns"
     elif rates[False] >= wanted:
-        verdict = f"; {wanted:g} are wanted: all units are there"
+        verdict = f"; {_count(wanted)} are wanted: all units are there"
     else:
-        verdict = f", of {wanted:g} that are wanted, by all units"
+        verdict = f"; {_count(wanted)} are wanted, and these are all units"
     width, height = size
-    images = f"{rates[folded]:.3g} images of {width} x {height} a second"
-    return f"About {images} at {clock:g} MHz{verdict}."
+    images = f"{_count(rates[folded])} images of {width} x {height} a second"
+    return f"About {images} at {clock}{verdict}."
+
+
+def _count(number: float) -> str:
+    return f"{number:,.0f}" if number >= 100 else f"{number:.3g}"

@@ -69,6 +69,11 @@ def ray_config_of(options) -> Config:
 def _ray_config_of(options) -> Config:
     words, cache = config_of(options).cache_words, options.cache
     if options.memory == "banks":
+        if options.latency is not None:
+            raise InputError(
+                f"--latency {options.latency}: banks on the chip have {BANK_LATENCY} cycles; leave "
+                f"it out"
+            )
         return config_of(options, latency=BANK_LATENCY, cache_words=0, stack_depth=options.stack)
     if cache is not None and cache < 2:
         raise InputError(f"--cache {cache}: a cache has 2 words at least, or use banks")

@@ -43,7 +43,7 @@ def arguments(parser: Parser):
 def run(options) -> int:
     """Error against run time, over float formats and over what updates may leave out."""
     width, height = size_of(options.size, SIZE)
-    formats = list(dict.fromkeys(str(format_of(text)) for text in options.formats))
+    formats = list(dict.fromkeys(str(format_of(text, "--formats")) for text in options.formats))
     for text in formats:
         machine_of(format_of(text))
     hardware = read_hardware(options.hardware)
@@ -69,20 +69,24 @@ def run(options) -> int:
             if options.only != "updates"
         ]
         rows = rows_of(names, cells, swept("simulating formats", measure, cells), hardware)
-        spec, scene = next(iter(scenes.items()))
-        cells = update_cells(spec, scene) if options.only != "formats" else []
-        results = swept("simulating updates", measure_policy, cells)
-        updates = update_rows(names[spec], cells, results)
-    parts = {
-        "precision" if len(names) == 1 else f"precision-{name}": [
-            row for row in rows if row["scene"] == name
+        cells = [
+            cell
+            for spec, scene in scenes.items()
+            for cell in update_cells(spec, scene)
+            if options.only != "formats"
         ]
-        for name in names.values()
-    }
-    sections = [report.formats_section(name, part) for name, part in parts.items() if part]
-    sections += [report.updates_section("updates", updates)] if updates else []
+        updates = update_rows(names, cells, swept("simulating updates", measure_policy, cells))
+    sections = []
+    for kind, section, of in (
+        ("precision", report.formats_section, rows),
+        ("updates", report.updates_section, updates),
+    ):
+        for name in names.values():
+            if own := [row for row in of if row["scene"] == name]:
+                sections.append(section(kind if len(names) == 1 else f"{kind}-{name}", own))
     if not sections:
-        raise InputError(f"{spec}: nothing moves in it, so no update may be left out")
+        still = ", ".join(options.scenes)
+        raise InputError(f"{still}: nothing moves there, so no update may be left out")
     figures = {
         "provenance": provenance(None, "distributed", "matplotlib"),
         "conclusions": [section.conclusion for section in sections],
@@ -104,7 +108,7 @@ def run(options) -> int:
         print_tables(*(grid.shown() for grid in section.tables))
         for text in (*section.notes, section.conclusion):
             print_text(text)
-    print(f"{folder / 'index.html'}: all of it, with diagrams")
+    print_text(f"{folder / 'index.html'}: all of it, with diagrams")
     wrong = [row for row in (*rows, *updates) if row.get("mismatches")]
     for row in wrong:
         of = row.get("policy") or row["format"]

@@ -9,7 +9,7 @@ from sim.cli.parser import (
     timing_of,
 )
 from sim.command import Parser, size_of
-from sim.console import conclude, progress
+from sim.console import conclude, print_text, progress
 from sim.errors import InputError
 from sim.files import check_writable
 from sim.options import (
@@ -95,4 +95,6 @@ def run(options) -> int:
         if options.record:
             recorder.save(options.record)
     conclude(render_tables(report, out), options.json, report.as_dict(), report.mismatches_shown)
+    if prepared.advice:
+        print_text(prepared.advice)
     return 1 if report.model_mismatches else 0

@@ -9,7 +9,7 @@ from sim.cli.parser import (
     timing_of,
 )
 from sim.command import Parser
-from sim.console import conclude, progress
+from sim.console import conclude, print_text, progress
 from sim.errors import InputError
 from sim.files import check_writable
 from sim.options import (
@@ -68,4 +68,6 @@ def run(options) -> int:
             done=lambda _: bar.advance(task),
         )
     conclude(update_tables(report), options.json, report.as_dict(), report.mismatches_shown)
+    if prepared.advice:
+        print_text(prepared.advice)
     return 1 if report.mismatches else 0

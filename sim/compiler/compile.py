@@ -8,7 +8,7 @@ from sim.compiler.allocate import allocate
 from sim.compiler.image import Image
 from sim.compiler.order import order
 from sim.compiler.schedule import schedule
-from sim.errors import InputError
+from sim.errors import InputError, UnfitError
 from sim.tree.tree import Tree
 
 
@@ -58,7 +58,7 @@ def place(tree: Tree, faces: np.ndarray, config: Config, box_registers: int) -> 
 def check_pointers(triangles: int, config: Config):
     """Refuse more triangles than the machine has indices for."""
     if triangles > config.most_triangles:
-        raise InputError(
+        raise UnfitError(
             f"the scene has {triangles} triangles and the configuration has indices for "
             f"{config.most_triangles}: pointer_bits is {config.pointer_bits} and has to be "
             f"{triangles.bit_length()}"

@@ -10,7 +10,7 @@ from hdl.config import Config
 from sim.compiler import fields
 from sim.compiler.order import Order
 from sim.compiler.written import written_nodes
-from sim.errors import InputError
+from sim.errors import UnfitError
 
 
 def no_rows(*shape: int) -> np.ndarray:
@@ -85,8 +85,8 @@ class Image:
         """Refuse what takes more memory words than the configuration addresses."""
         limit = 1 << self.config.address_bits
         if words > limit:
-            raise InputError(
-                f"the scene takes {words} memory words and the configuration addresses {limit}: "
+            raise UnfitError(
+                f"it takes {words} memory words and the machine addresses {limit}: "
                 f"address_bits is {self.config.address_bits} and has to be "
                 f"{(words - 1).bit_length()}"
             )

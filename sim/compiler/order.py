@@ -7,7 +7,7 @@ import numpy as np
 
 from hdl.config import Config
 from sim.compiler.sequence import sequence
-from sim.errors import InputError
+from sim.errors import UnfitError
 from sim.tree.tree import Tree
 
 
@@ -58,7 +58,7 @@ def order(tree: Tree, faces: np.ndarray, box_registers: int) -> Order:
     if need[0] > box_registers:
         beyond = np.flatnonzero(need > box_registers)
         node = int(beyond[leaves[beyond].argmin()])
-        raise InputError(
+        raise UnfitError(
             f"the subtree of node {node} ({leaves[node]} triangles) needs {need[node]} box "
             f"registers: box_registers is {box_registers} and has to be {need[0]}"
         )
@@ -89,7 +89,7 @@ def boxes_of(children):
 def check_boxes(boxes: int, config: Config):
     """Refuse an order that needs more box registers than the machine has."""
     if boxes > config.box_registers:
-        raise InputError(
+        raise UnfitError(
             f"what moves needs {boxes} box registers: box_registers is {config.box_registers} and "
             f"has to be {boxes}"
         )

@@ -11,7 +11,7 @@ from hdl.rays.packet import hit, margin, pixel_bits, ray_word
 from hdl.records import vertex, word_bits
 from sim.compiler import fields
 from sim.compiler.image import Image
-from sim.errors import InputError
+from sim.errors import InputError, UnfitError
 
 HIT_FIELDS = tuple(name for name, _ in hit(FULL))
 """Of a hit record without instances."""
@@ -140,11 +140,11 @@ def memory_fields(config: Config, address: int, packets: int) -> dict:
 def check_rays(config: Config, *, camera: bool = False, source: bool = False):
     """Refuse rays of a camera, or from memory, where the machine has not what gives them."""
     if camera and not config.camera:
-        raise InputError(
+        raise UnfitError(
             "the machine has no camera to make these rays: use a configuration with camera true"
         )
     if source and not config.source:
-        raise InputError(
+        raise UnfitError(
             "the machine reads no rays from memory, as shadows and recordings need it: use a "
             "configuration with source true"
         )

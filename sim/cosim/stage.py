@@ -17,7 +17,7 @@ from sim.compiler.rays import (
     scene_fields,
 )
 from sim.cosim.machine import Machine, Timing
-from sim.errors import InputError
+from sim.errors import UnfitError
 from sim.model.rays.camera import Rays
 from sim.model.rays.traversal import Hits
 from sim.pose import Pose, pose_of
@@ -104,7 +104,7 @@ class Stage:
         pose, held = pose_of(prepared, frame), prepared.config.stack_depth
         levels = pose.prepared.levels
         if levels > held:
-            raise InputError(
+            raise UnfitError(
                 f"{prepared.scene.name}: its tree has {levels} levels and a stack holds {held}: "
                 f"stack_depth has to be {levels}; use --stack {levels}"
             )

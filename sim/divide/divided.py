@@ -38,11 +38,24 @@ class Divided(Prepared):
     grown : Grown
     moving : (V,) bool
         Vertices of the scene that move in some frame, and all of parts that get new trees.
+    rigid : int
+        Parts that move as a whole.
     """
 
     analysis: Analysis
     grown: Grown
     moving: np.ndarray
+    rigid: int
+
+    @property
+    def advice(self) -> str:
+        refitted = self.rigid - len(self.grown.parts)
+        if not refitted:
+            return ""
+        return (
+            f"{refitted} part{'s move' if refitted > 1 else ' moves'} as a whole and cannot be "
+            f"instances in this machine: -c two-level makes them so."
+        )
 
     def at(self, frame: int) -> "Divided":
         """With new trees of the unstructured parts to which refit has become too dear.
@@ -180,6 +193,7 @@ def divide(
     step("measuring all frames")
     normalised = normalise(scene, frames)
     analysis = analysis or analyse(normalised.scene, normalised.frames, step=step)
+    rigid = sum(part.kind == Kind.STRUCTURED for part in analysis.parts)
     if not config.instances:
         analysis = replace(analysis, parts=[_deforming(part) for part in analysis.parts])
     scene = normalised.scene
@@ -199,7 +213,7 @@ def divide(
     poses = spread(normalised.frames, POSES)
     tree = grown.world.tree
     seconds = build_seconds, compile_seconds
-    return Divided(normalised, tree, poses, image, *seconds, analysis, grown, moving)
+    return Divided(normalised, tree, poses, image, *seconds, analysis, grown, moving, rigid)
 
 
 def _moving(scene: Scene, frames: range) -> np.ndarray:

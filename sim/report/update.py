@@ -11,6 +11,7 @@ from hdl.isa import Opcode
 from hdl.records import instructions_per_word
 from sim.compiler.image import Image
 from sim.cosim.machine import Machine, Timing
+from sim.errors import UnfitError
 from sim.model.update import execute
 from sim.pose import pose_of
 from sim.prepare import Prepared
@@ -89,7 +90,11 @@ def measure_update(
     InputError
         The format is too narrow for a frame, or the machine updates no tree.
     """
-    prepared.check_updates(prepared.frames[-1])
+    if not prepared.config.update:
+        raise UnfitError(
+            f"{prepared.scene.name}: the machine has no update processor, and nothing to measure: "
+            f"use a configuration with update true, or bkd-sim render for its pictures"
+        )
     image, triangles = prepared.image, len(prepared.scene.faces)
     instructions = len(image.instructions)
     loads = int((image.instructions & 3 == Opcode.LOAD.value).sum())

@@ -105,8 +105,10 @@ def narrowest(
     if low == len(ascending):
         found = [each.wrong for each in tried.values() if each.wrong is not None]
         least = f"; the least is {min(found):.2g}" if found else ""
+        refused = [f"; {each.fmt}: {each.reason}" for each in tried.values() if each.reason]
         raise InputError(
             f"{scene.name}: no format errs in a share of {error:g} of pixels or less{least}"
+            f"{''.join(refused)}"
         )
     return ascending[low], [tried[k] for k in sorted(tried)]
 
@@ -193,7 +195,7 @@ def _images(
 ) -> list[tuple[float, dict[str, int]]]:
     """The share of wrong pixels, and the counters, of some frames."""
     config = replace(FULL, fmt=fmt, instances=True)
-    prepared = divide(scene, config, analysis=analysis)
+    prepared = divide(scene, config, frames=analysis.frames, analysis=analysis)
     poses = np.stack([prepared.scene.pose(k) for k in spread(prepared.frames, LOOKED_AT)])
     camera = auto(poses, scene.faces, *size)
     rays = camera_rays(fmt, view_of(fmt, camera))

@@ -302,3 +302,33 @@ def test_a_frame_at_full_size(memory, most, run, scene_file, tmp_path):
 def test_files_say_how_to_make_them_again(called, command, monkeypatch):
     monkeypatch.setattr(sys, "argv", [called, "fit", "my scene.obj"])
     assert command_line() == command
+
+
+def test_files_are_written_though_nobody_reads_what_is_printed(tmp_path):
+    file = save(tmp_path)
+    command = f"{sys.executable} -m sim update {file} --json u.json | true; exit ${{PIPESTATUS[0]}}"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads((tmp_path / "u.json").read_text())["mismatches"] == 0
+
+
+def test_what_is_no_plain_file_is_written_to_as_it_is(run, tmp_path):
+    """A link keeps its target's place; a pipe gets the text."""
+    target, link, pipe = (tmp_path / name for name in ("target", "link", "pipe"))
+    target.write_text("before")
+    link.symlink_to(target)
+    assert run("bkd-sim", "info", save(tmp_path), "--json", link)[0] == 0
+    assert link.is_symlink() and json.loads(target.read_text())["triangles"] == 3
+    os.mkfifo(pipe)
+    reader = subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE)
+    assert run("bkd-sim", "info", save(tmp_path), "--json", pipe)[0] == 0
+    assert json.loads(reader.communicate()[0])["triangles"] == 3 and pipe.is_fifo()
+
+
+def test_two_files_of_one_name_are_refused(run, tmp_path):
+    file = tmp_path / "both.png"
+    code, _, err = run("bkd-sim", "render", "waves:50", "--out", file, "--json", file)
+    assert code == 2 and "named for two things" in err and not file.exists()

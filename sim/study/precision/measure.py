@@ -73,5 +73,6 @@ def machine_of(fmt: FloatFormat) -> Config:
     InputError
         It cannot be built.
     """
+    config = checked(lambda: replace(FULL, fmt=fmt))
     check_ray_format(fmt)
-    return checked(lambda: replace(FULL, fmt=fmt))
+    return config

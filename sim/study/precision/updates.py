@@ -1,6 +1,6 @@
 """Policies of updates on one scene: their cells, and what comes of them in words and tables."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from hdl.fp.format import F24
 from sim.scene.scene import Scene
@@ -30,6 +30,9 @@ COLUMNS = (
 def update_cells(spec: str, scene: Scene) -> list[dict]:
     """A cell of sim.study.policies.measure a policy; none for a scene that does not move."""
     frames = list(range(min(scene.frames, FRAMES)))
+    first = scene.pose(0)
+    if all((scene.pose(frame) == first).all() for frame in frames):
+        return []
     same = {
         "scene": spec,
         "format": str(F24),
@@ -37,13 +40,20 @@ def update_cells(spec: str, scene: Scene) -> list[dict]:
         "width": WIDTH,
         "height": HEIGHT,
     }
-    return [{**same, "policy": policy} for policy in POLICIES] if len(frames) > 1 else []
+    return [{**same, "policy": policy} for policy in POLICIES]
 
 
-def update_rows(name: str, cells: Sequence[dict], results: Sequence[dict]) -> list[dict]:
+def update_rows(
+    names: Mapping[str, str], cells: Sequence[dict], results: Sequence[dict]
+) -> list[dict]:
     """COLUMNS and frames of each policy, of which a refused one has the first few only."""
     return [
-        {"scene": name, "policy": cell["policy"], "frames": cell["frames"], **result}
+        {
+            "scene": names[cell["scene"]],
+            "policy": cell["policy"],
+            "frames": cell["frames"],
+            **result,
+        }
         for cell, result in zip(cells, results, strict=True)
     ]
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from hdl.fp.format import FloatFormat
 from sim.command import format_of
-from sim.errors import InputError
 from sim.study.stability.closed import closed, moved, scaled
 from sim.study.stability.degenerate import degenerate
 from sim.study.stability.ends import ends
@@ -31,16 +30,15 @@ PEERS = ("embreex", "warp-lang")
 
 
 def cells(names: Sequence[str], fmt: FloatFormat, seed: int, peers: bool) -> list[dict]:
-    """One cell a case: {"case", "format", "seed", "peers"}; peers lists those wanted and versions.
+    """One cell for each of CASES that is named: {"case", "format", "seed", "peers"}.
+
+    `peers` lists those that are wanted, with their versions.
 
     Raises
     ------
     InputError
-        There is no such case, or the peers are wanted and not installed.
+        The peers are wanted and not installed.
     """
-    for name in names:
-        if name not in CASES:
-            raise InputError(f"--cases {name}: no such case; cases are {', '.join(CASES)}")
     systems(fmt, peers)
     versions = [f"{of} {importlib.metadata.version(of)}" for of in PEERS if peers]
     same = {"format": str(fmt), "seed": seed, "peers": versions}

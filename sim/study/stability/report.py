@@ -10,7 +10,11 @@ from sim.study.stability import tables
 
 def sections(results: Sequence[dict], motions: Sequence[dict]) -> list[Section]:
     """Of sim.study.stability.cases and sim.study.motion.measure: tables, then a scene each."""
-    found = [Section("stability", tables.CAPTION, None, tables.grids(results))] if results else []
+    found = (
+        [Section("stability", tables.caption(results), None, tables.grids(results))]
+        if results
+        else []
+    )
     if motions:
         text = motion.caption(motions) or ""
         found.append(Section("motion", text, None, motion.grids(motions)))

@@ -29,6 +29,20 @@ def grids(results: Sequence[dict]) -> list[Grid]:
     return [_grid(of["case"], of["rows"]) for of in results]
 
 
+def caption(results: Sequence[dict]) -> str:
+    """What the tables mean, and why a system refused; nothing without tables."""
+    if not results:
+        return ""
+    found = [
+        f"{SYSTEMS[system]} refused: {counts['refused']}."
+        for of in results
+        for row in of["rows"]
+        for system, counts in row["found"].items()
+        if "refused" in counts
+    ]
+    return " ".join([CAPTION, *dict.fromkeys(found)])
+
+
 def _grid(case: str, rows: Sequence[dict]) -> Grid:
     there = [system for system in SYSTEMS if system in rows[0]["found"]]
     return Grid(

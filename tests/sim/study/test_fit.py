@@ -64,8 +64,11 @@ def test_another_scene_is_refused_with_the_reason(scene_file):
     with pytest.raises(InputError, match="pointer_bits is 6 and has to be"):
         divide(load_scene("walker:500"), still)
     small = fitted("waves:100")
-    with pytest.raises(InputError, match="box_registers is 8 and has to be"):
+    with pytest.raises(InputError, match="pointer_bits is 7 and has to be 10"):
         divide(load_scene("waves:1000"), small)
+    wide = replace(small, pointer_bits=28, address_bits=28)
+    with pytest.raises(InputError, match="box_registers is 8 and has to be"):
+        divide(load_scene("waves:1000"), wide)
 
 
 def test_the_format_of_fewest_bits_that_is_enough():
@@ -93,7 +96,10 @@ def test_command(run, tmp_path, monkeypatch):
     assert EXAMPLE.startswith("fit ")
     rates = figures["images_per_second"]
     wanted = (rates["folded"] + rates["all units"]) / 2
-    for rate, words in [(wanted, "all units are there"), (1e9, "of 1e+09 that are wanted")]:
+    for rate, words in [
+        (wanted, "all units are there"),
+        (1e9, "1,000,000,000 are wanted, and these are all"),
+    ]:
         code, out, _ = run("bkd-sim", "fit", "waves:300", *options, "--rate", rate)
         assert code == 0 and words in " ".join(out.split()) and not read_config("m.json").folded
 
@@ -116,11 +122,26 @@ def test_the_busiest_unit_says_how_long_an_image_takes():
             assert again == pytest.approx(update + 2 * cycles / REACHED)
 
 
+def test_some_frames_only(run, tmp_path, monkeypatch):
+    """Of a room whose frames 3 to 5 are shown: formats and trees are tried on these."""
+    monkeypatch.chdir(tmp_path)
+    options = ["--size", "32x24", "--formats", "7,16", "--error", "0.1", "-o", "m.json"]
+    code, out, err = run("bkd-sim", "fit", "room:500", "--frames", "3:6", *options)
+    assert (code, err) == (0, "") and read_config("m.json").instances
+    render = ["render", "room:500", "--divide", "-c", "m.json", "--size", "32x24", "--frame", "4"]
+    assert run("bkd-sim", *render, "--out", "a.png")[0] == 0
+    code, _, err = run("bkd-sim", "render", "walker:500", "-c", "m.json", "--size", "32x24")
+    assert code == 2 and err.endswith("(m.json was fitted to room:500, with --divide, at 32x24)\n")
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (["waves:300", "--error", "2"], ["--error 2", "0 to 1"]),
         (["waves:300", "--error", "0", "--formats", "5,10"], ["no format"]),
+        (["waves:300", "--formats", "9,30"], ["9,30", "8,23"]),
+        (["waves:300", "--formats", "abc"], ["--formats abc", "7,16"]),
+        (["waves:300", "--error", "0", "--formats", "2,1"], ["no format", "2,1: "]),
         (["waves:300", "--rate", "0"], ["--rate 0", "above 0"]),
         (["waves:300", "--clock", "inf"], ["--clock inf", "above 0"]),
         (["none.npz"], ["none.npz"]),

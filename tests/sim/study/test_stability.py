@@ -13,13 +13,14 @@ from sim.cli import main
 from sim.errors import InputError
 from sim.oracle.intersect import intersect
 from sim.study.stability import exact
-from sim.study.stability.cases import cells, wrong
+from sim.study.stability.cases import wrong
 from sim.study.stability.closed import closed, moved, scaled
 from sim.study.stability.degenerate import degenerate
 from sim.study.stability.ends import ends
 from sim.study.stability.room import screw
 from sim.study.stability.shapes import cube, icosphere, middles
 from sim.study.stability.slivers import decisions, near_edge, sliver
+from sim.study.stability.tables import caption
 from sim.study.stability.tracers import Found, Machine, systems
 
 OURS = systems(F24, False)
@@ -156,9 +157,25 @@ def test_peers_lose_rays(rng):
     assert found["warp"]["lost"] < 100  # it works
 
 
-def test_unknown_case():
-    with pytest.raises(InputError, match="--cases sharp: no such case; cases are closed, moved"):
-        cells(["sharp"], F24, 1, False)
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--cases", "sharp"], ["--cases sharp: no such case", "closed", "motion"]),
+        (["--seed", "-1"], ["--seed -1", "from 0 on"]),
+        (["--format", "9,30"], ["9,30", "8,23"]),
+    ],
+)
+def test_bad_options_are_one_line(options, words, run):
+    code, out, err = run("bkd-sim", "stability", *options)
+    assert (code, out, err.count("\n")) == (2, "", 1), err
+    assert all(word in err for word in words), err
+
+
+def test_why_a_system_refused_is_said():
+    found = {"ours": {"refused": "too narrow"}, "warp": {"lost": 3}}
+    row = {"name": "a", "cases": 1, "found": found, "shown": [], "verdict": "refused", "ok": True}
+    assert caption([{"case": "closed", "rows": [row, row]}]).endswith("ours refused: too narrow.")
+    assert caption([]) == ""
 
 
 def test_peers_that_are_not_there(monkeypatch):
