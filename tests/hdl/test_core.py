@@ -41,6 +41,10 @@ CONFIGS = {
 TIMINGS = (Timing(1), Timing(32), Timing(20, 0.3, 5))
 QUICK = simulator() == "icarus"  # a thousand cycles a second
 NAMES = [name for name in CONFIGS if not (QUICK and name == "banks")]
+WITH_INSTANCES = [
+    pytest.param(name, marks=pytest.mark.slow if name in ("full", "banks") else ())
+    for name in NAMES
+]
 SCENE = "waves:50" if QUICK else "walker:500"
 WORST = 1500  # cycles a ray, at the least latency
 
@@ -186,7 +190,7 @@ class Checked:
 @pytest.mark.parametrize("name", NAMES)
 def test_memory_is_that_of_the_model(name, rng):
     config = CONFIGS[name]
-    count = 24 if QUICK else 400
+    count = 24 if QUICK else 200
     prepared = prepare(load_scene(SCENE), config)
     shares = []
     with Machine(config, prepared.image.size + 3 * count, Timing(), unit=Core) as machine:
@@ -202,11 +206,11 @@ def test_memory_is_that_of_the_model(name, rng):
     assert 0.02 < np.mean(shares) < 0.9
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", WITH_INSTANCES)
 def test_instances(name, rng):
     """Rays through worlds of triangles and instances, that move from frame to frame."""
     config = replace(CONFIGS[name], instances=True)
-    count = 24 if QUICK else 400
+    count = 24 if QUICK else 200
     prepared = random_forest(rng, config)
     within = []
     with Machine(config, prepared.image.size + 3 * count, Timing(), unit=Core) as machine:

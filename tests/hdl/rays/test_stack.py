@@ -24,7 +24,7 @@ CONFIGS = {
     "small": Config(FloatFormat(3, 2), packets=3, stack_depth=5),
     "full": FULL,
 }
-PACKETS = 300 if simulator() == "verilator" else 100
+PACKETS = 150 if simulator() == "verilator" else 100
 RAYS = 4
 ROOT = 12345
 

@@ -32,7 +32,7 @@ CONFIGS = {
     "twelve_folded": Config(FloatFormat(3, 3), packets=12, address_bits=12, folded=True),
 }
 TRIANGLES = 60
-ROUNDS = 12 if simulator() == "verilator" else 2  # packets of each number
+ROUNDS = 8 if simulator() == "verilator" else 2  # packets of each number
 
 
 class Bench:

@@ -20,7 +20,7 @@ from tests.hdl.rays.scenes import RAYS, walk
 from tests.hdl.rays.traversal_bench import CONFIGS, Bench, scene
 
 PACKETS = (
-    dict.fromkeys(CONFIGS, 60)
+    dict.fromkeys(CONFIGS, 30)
     if simulator() == "verilator"
     else {"small": 15, "folded": 15, "full": 8}
 )
