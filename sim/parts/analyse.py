@@ -38,7 +38,8 @@ def analyse(
     - Pieces that follow one affine map in all frames are a structured part, if they have enough
       vertices for a map to mean something (`sim.parts.common.LEAST`).
     - Others deform. Those that stay adjacent are one part; it is continuous if one tree can be
-      refitted to all frames, else unstructured.
+      refitted to all frames, else unstructured. All that is continuous is in one tree: where that
+      cannot be refitted, since they move apart, they are one unstructured part.
 
     Takes about linear time, and a pass over all frames for each of a few steps.
 
@@ -72,9 +73,12 @@ def analyse(
     unit = Scene(scene.name, scene.faces, scene.frames, pose)
     parts = sort_pieces(unit, frames, error, step)
     step("fitting maps")
-    parts = _shared(_fitted(parts, unit, frames, error), unit, frames, error)
+    parts = _fitted(parts, unit, frames, error)
     step("comparing trees")
     parts = [_judged(part, unit, frames, factor) for part in parts]
+    parts = _together(parts, unit, frames, error, factor)
+    step("finding copies")
+    parts = _shared(parts, unit, frames, error)
     return Analysis(frames, error, factor, [_in_source(part, normalised) for part in parts])
 
 
@@ -128,6 +132,26 @@ def _judged(part: Part, scene: Scene, frames: range, factor: float) -> Part:
     ratio, fails_from = refit_ratio(part_scene(scene, part), frames, factor)
     kind = Kind.CONTINUOUS if ratio <= factor else Kind.UNSTRUCTURED
     return replace(part, kind=kind, ratio=ratio, fails_from=fails_from)
+
+
+def _together(
+    parts: list[Part], scene: Scene, frames: range, error: float, factor: float
+) -> list[Part]:
+    """With one unstructured part of all continuous ones, if one tree does not serve them all."""
+    bending = [part for part in parts if part.kind is Kind.CONTINUOUS]
+    if len(bending) < 2:
+        return parts
+    whole = Part(
+        Kind.CONTINUOUS,
+        np.sort(np.concatenate([part.faces for part in bending])),
+        np.sort(np.concatenate([part.vertices for part in bending])),
+        sum(part.pieces for part in bending),
+    )
+    whole = _judged(_fitted([whole], scene, frames, error)[0], scene, frames, factor)
+    if whole.kind is Kind.CONTINUOUS:
+        return parts
+    others = [part for part in parts if part.kind is not Kind.CONTINUOUS]
+    return sorted([*others, whole], key=lambda part: part.faces[0])
 
 
 def _in_source(part: Part, normalised: Normalised) -> Part:

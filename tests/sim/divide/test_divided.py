@@ -16,15 +16,12 @@ from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import Rays
 from sim.model.refit import box_corners, refit
 from sim.model.update import execute
-from sim.parts.analyse import analyse
-from sim.parts.part import Kind
 from sim.prepare import prepare, view_of
 from sim.report.pixels import camera_rays
 from sim.scene.camera import auto
 from sim.scene.load import load_scene
-from sim.scene.normalise import normalise
-from sim.scene.scene import Scene
 from sim.tree.shape import depth
+from tests.sim.parts.making import shuffled
 
 SCENES = ("room:2000", "propeller:2000", "fleet:3000", "burst:300", "walker:500")
 SMALL = Config(
@@ -128,41 +125,9 @@ def test_trees_are_built_again_where_refit_fails():
     assert walker.at(12) is walker
 
 
-def shuffled(tiles: int) -> Scene:
-    """Bent tiles of shared vertices that lie side by side in other places each frame."""
-    side = 4
-    rows, columns = np.divmod(np.arange(side * side), side)
-    corner = np.flatnonzero((rows < side - 1) & (columns < side - 1))
-    square = np.stack([corner, corner + 1, corner + side, corner + side + 1], axis=1)
-    tile = square[:, [[0, 1, 2], [1, 3, 2]]].reshape(-1, 3)
-    faces = tile + side * side * np.arange(tiles)[:, None, None]
-    flat = np.stack([columns, rows, 0 * rows], axis=1) * 0.3
-
-    def pose(frame):
-        rng = np.random.default_rng(frame)
-        across, down = np.divmod(rng.permutation(tiles), 8)
-        places = np.stack([across, down, 0 * across], axis=1)
-        bent = flat + rng.normal(0, 0.1, (tiles, *flat.shape))
-        return (bent + places[:, None]).reshape(-1, 3)
-
-    return Scene("shuffled", faces.reshape(-1, 3).astype(np.int32), 6, pose)
-
-
-def divided_as_one(scene: Scene, config: Config):
-    """A scene whose pieces are one part that gets new trees."""
-    analysis = analyse(normalise(scene).scene)
-    whole = replace(
-        analysis.parts[0],
-        kind=Kind.UNSTRUCTURED,
-        faces=np.arange(len(scene.faces), dtype=np.int32),
-        vertices=np.arange(len(scene.pose(0)), dtype=np.int32),
-    )
-    return divide(scene, config, analysis=replace(analysis, parts=[whole]))
-
-
 def test_trees_change_in_place():
     """Programs of other trees load shared vertices more often; all records stay where they are."""
-    prepared = divided_as_one(shuffled(128), replace(TWO_LEVEL, vertex_registers=3))
+    prepared = divide(shuffled(128), replace(TWO_LEVEL, vertex_registers=3))
     regions, lengths = prepared.image.regions, set()
     for frame in prepared.frames:
         prepared = prepared.at(frame)
@@ -191,10 +156,7 @@ def test_registers_are_for_what_moves():
 @pytest.mark.parametrize("spec", ["room:500", "fleet:500", "shuffled"])
 def test_in_the_verilog(spec):
     """Memory and hits word for word, over frames that move; and what the host sends."""
-    if spec == "shuffled":
-        prepared = divided_as_one(shuffled(64), SMALL)
-    else:
-        prepared = divide(load_scene(spec), SMALL)
+    prepared = divide(shuffled(64) if spec == "shuffled" else load_scene(spec), SMALL)
     frames = prepared.frames
     rays = rays_of(prepared, frames[4], 24, 16)
     with Stage(prepared, len(rays.t_min), Timing(4)) as stage:

@@ -86,3 +86,23 @@ def with_loose_vertex(scene: Scene, at: int) -> Scene:
     return Scene(
         scene.name, faces, scene.frames, lambda k: np.insert(scene.pose(k), at, 0.1 * k, axis=0)
     )
+
+
+def shuffled(tiles: int) -> Scene:
+    """Bent tiles of shared vertices that lie side by side in other places each frame."""
+    side = 4
+    rows, columns = np.divmod(np.arange(side * side), side)
+    corner = np.flatnonzero((rows < side - 1) & (columns < side - 1))
+    square = np.stack([corner, corner + 1, corner + side, corner + side + 1], axis=1)
+    tile = square[:, [[0, 1, 2], [1, 3, 2]]].reshape(-1, 3)
+    faces = tile + side * side * np.arange(tiles)[:, None, None]
+    flat = np.stack([columns, rows, 0 * rows], axis=1) * 0.3
+
+    def pose(frame):
+        rng = np.random.default_rng(frame)
+        across, down = np.divmod(rng.permutation(tiles), 8)
+        places = np.stack([across, down, 0 * across], axis=1)
+        bent = flat + rng.normal(0, 0.1, (tiles, *flat.shape))
+        return (bent + places[:, None]).reshape(-1, 3)
+
+    return Scene("shuffled", faces.reshape(-1, 3).astype(np.int32), 6, pose)

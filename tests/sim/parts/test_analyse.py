@@ -12,7 +12,7 @@ from sim.parts.part import Analysis, Kind
 from sim.scene.load import load_scene
 from sim.scene.normalise import normalise
 from sim.scene.scene import Scene
-from tests.sim.parts.making import affine, ball, bend, crumbs, plate, rigid, scene_of
+from tests.sim.parts.making import affine, ball, bend, crumbs, plate, rigid, scene_of, shuffled
 
 
 def check(scene: Scene, analysis: Analysis):
@@ -62,6 +62,17 @@ def test_one_part_of_each_kind(rng):
     assert found == [("static", 2), ("structured", 1), ("continuous", 1), ("unstructured", 300)]
     assert analysis.parts[2].ratio < 2 < analysis.parts[3].ratio
     assert 0 < analysis.parts[3].fails_from < 16
+
+
+def test_what_bends_and_moves_apart_is_one_part():
+    """Each tile has a tree that serves it; all of them together have not."""
+    scene = shuffled(64)
+    analysis = analyse(scene)
+    (part,) = analysis.parts
+    assert part.kind is Kind.UNSTRUCTURED and part.pieces == 64
+    assert len(part.faces) == len(scene.faces) and part.ratio > analysis.factor
+    assert part.fails_from == 1 and part.residual > 0.1
+    assert len(analyse(scene, factor=100).parts) == 64
 
 
 def test_the_same_geometry_in_other_places_is_shared(rng):
