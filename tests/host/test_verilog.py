@@ -1,16 +1,25 @@
 """A host and the Verilog of a board: all arrives once over any line, or ends in an error."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hdl.config import TINY, ULX3S
+from hdl.rays.packet import NO_TRIANGLE
 from host.link.channel import Channel
 from host.link.errors import LinkError
+from host.parts import parts_of
 from host.session import Board
 from sim.cosim.board import SimulatedBoard
 from sim.cosim.verilate import simulator
+from sim.divide.divided import divide
+from sim.report.pixels import camera_rays
+from sim.scene.load import load_scene
+from tests.host.conftest import view
 from tests.host.line import BadLine
 from tests.host.simulated import SimulatedPipe
+from tests.sim.parts.making import shuffled
 
 pytestmark = pytest.mark.skipif(simulator() == "icarus", reason="millions of cycles")
 WORD = 16
@@ -83,3 +92,26 @@ def test_the_line_is_used(rng):
     )
     assert given.size / max(writing, reading) > 0.85 * 300_000
     assert asking / 10 < 1e-3
+
+
+@pytest.mark.slow
+def test_a_divided_scene():
+    """Rows, vertices and new trees over the line: memory and hits are the model's each frame."""
+    config = replace(ULX3S, instances=True, packets=4, cache_words=64)
+    with SimulatedBoard(config, direct=True) as simulated:
+        pipe = SimulatedPipe(simulated)
+        board = Board(Channel(pipe, clock=pipe.clock))
+        for scene in (load_scene("fleet:300"), shuffled(24)):
+            board.upload(divide(scene, board.config))
+            for frame in (0, 3, 5):
+                board.show(frame)
+                pose = board.pose
+                assert pose
+                for part in parts_of(pose.image):
+                    rows = board.read(part.words.start, len(part.words), part.first, part.size)
+                    assert (rows == part.rows(pose.words)).all(), part.name
+                seen = view(pose.prepared, 12, 8)
+                hits, rays = board.render(seen), camera_rays(config.fmt, seen)
+                model = pose.prepared.trace(pose.bits, pose.rows, pose.bounds, rays).fields(config)
+                assert all((hits[name] == model[name]).all() for name in model)
+                assert (hits["triangle"] != NO_TRIANGLE).any()
