@@ -9,6 +9,7 @@ from amaranth.utils import bits_for
 from hdl.config import FULL, Config
 from hdl.fp.format import FloatFormat
 from hdl.rays.packet import RAYS
+from sim.compiler.cycles import cycles
 from sim.compiler.rays import check_ray_format
 from sim.divide.divided import Divided, divide
 from sim.errors import InputError
@@ -22,8 +23,8 @@ from sim.study.precision.truth import against_truth
 
 LOOKED_AT = 3
 """Frames whose images are compared."""
-SPARE = 1.02
-"""What fewer registers may cost in instructions."""
+SPARE = 1.03
+"""What fewer registers may cost in cycles of an update."""
 REACHED = 0.75
 """Share of the rate of nodes and triangles that rays reach at least, memory being what it is."""
 CORNER_WORDS = 4
@@ -67,7 +68,8 @@ def frame_cycles(prepared: Divided, tried: Tried, folded: bool, *, shadows: bool
         )
         for of in tried.work
     )
-    return len(prepared.image.instructions) + (2 if shadows else 1) * image / REACHED
+    update = cycles(prepared.config, prepared.image.instructions)
+    return update + (2 if shadows else 1) * image / REACHED
 
 
 def narrowest(
@@ -127,7 +129,7 @@ def fit(
     transformation unit without instances, the camera or the way of rays from memory. Stacks have
     as many levels as the trees, those that parts get anew among them; pointers and addresses the
     bits of the largest, with room for the rays and hits of an image; caches no more words than
-    there are records; registers so many that fewer would cost instructions. `folded` if that is
+    there are records; registers so many that fewer would cost cycles. `folded` if that is
     fast enough.
     """
     image, config = prepared.image, prepared.config
@@ -162,7 +164,7 @@ def _with_all_trees(prepared: Divided) -> list[Divided]:
 
 
 def _fewer_registers(grown: list[Divided], config: Config) -> Config:
-    """With as few registers as cost no more than SPARE in instructions, in each of some trees."""
+    """With as few registers as cost no more than SPARE in cycles, in each of some trees."""
     for name in ("box_registers", "vertex_registers"):
         for count in REGISTERS:
             fewer = replace(config, **{name: count})
@@ -173,12 +175,13 @@ def _fewer_registers(grown: list[Divided], config: Config) -> Config:
 
 
 def _serves(prepared: Divided, config: Config) -> bool:
-    """It compiles, to hardly more instructions."""
+    """It compiles, to a program of hardly more cycles."""
     try:
-        instructions = prepared.compiled(config).instructions
+        image = prepared.compiled(config)
     except InputError:
         return False
-    return len(instructions) <= SPARE * len(prepared.image.instructions)
+    fewest = cycles(prepared.config, prepared.image.instructions)
+    return cycles(config, image.instructions) <= SPARE * fewest
 
 
 def _try(scene: Scene, analysis: Analysis, fmt: FloatFormat, size: tuple[int, int]) -> Tried:

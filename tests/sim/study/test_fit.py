@@ -8,6 +8,7 @@ import pytest
 from hdl.config import TWO_LEVEL, Config
 from hdl.fp.format import F24, FloatFormat
 from sim.cli.fit import EXAMPLE
+from sim.compiler.cycles import cycles as program_cycles
 from sim.configuration import read_config
 from sim.divide.divided import divide
 from sim.errors import InputError
@@ -43,7 +44,8 @@ def test_the_fitted_machine_holds_the_scene(spec):
     prepared = divide(scene, config)
     prepared.image.check_fits(prepared.image.size + SIZE[0] * SIZE[1])
     whole = divide(scene, TWO_LEVEL)
-    assert len(prepared.image.instructions) <= 1.05 * len(whole.image.instructions) + 2
+    spent, least = (program_cycles(of.config, of.image.instructions) for of in (prepared, whole))
+    assert spent <= 1.03 * least
     with pytest.raises(InputError, match="memory words .* addresses"):
         divide(scene, replace(config, address_bits=config.address_bits - 4))
 
@@ -106,7 +108,7 @@ def test_command(run, tmp_path, monkeypatch):
 
 def test_the_busiest_unit_says_how_long_an_image_takes():
     prepared = divide(load_scene("waves:300"), TWO_LEVEL)
-    update = len(prepared.image.instructions)
+    update = program_cycles(prepared.config, prepared.image.instructions)
     work = {"steps": 700, "tests": 100, "ray_tests": 300, "entries": 0}
     for changes, whole, folded in [
         ({}, 700, 1400),
