@@ -28,7 +28,7 @@ def cycles(config: Config, instructions: np.ndarray) -> int:
         rows = np.flatnonzero(opcode == of.value)
         for column, name in enumerate(names):
             table[rows, column] = fields.get(words[rows], LAYOUTS[of][name])
-    return _cycles(opcode, table, config.load_latency, config.box_latency)
+    return int(_cycles(opcode, table, config.load_latency, config.box_latency))
 
 
 @numba.njit("int64(int64[::1], int64[:, ::1], int64, int64)", cache=True)
