@@ -86,8 +86,8 @@ def trade(axes: Axes, points: Sequence[Point], floor: float):
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
     axes.margins(x=0.24, y=0.1)
-    for rank, k in enumerate(np.argsort(errors)):
-        point, left = points[k], rank % 2  # neighbours on one height have room
+    for k, point in enumerate(points):
+        left = point.cost == max(costs)  # there is no room on the right
         axes.plot(
             point.cost,
             errors[k],
