@@ -74,11 +74,10 @@ def explain(options: Namespace, error: Exception) -> str:
     text = getattr(options, "config", None)
     if not isinstance(error, UnfitError) or not text or text in CONFIGS:
         return ""
-    about = json.loads(Path(text).read_text()).get("about", {})
-    if not {"scene", "size"} <= about.keys():
-        return f" ({text})"
-    size = "x".join(map(str, about["size"]))
-    return f" ({text} was fitted to {about['scene']}, with --divide, at {size})"
+    match json.loads(Path(text).read_text()).get("about"):
+        case {"scene": str(scene), "size": [int(width), int(height)]}:
+            return f" ({text} was fitted to {scene}, with --divide, at {width}x{height})"
+    return f" ({text})"
 
 
 def _config_in(content: object) -> Config:

@@ -1,7 +1,9 @@
 """sim.configuration: files, what is wrong with them, and commands that take them."""
 
 import json
+from argparse import Namespace
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +11,8 @@ import pytest
 from hdl.config import CONFIGS, FULL, TINY
 from hdl.fp.format import FloatFormat
 from sim.compiler.compile import compile_tree
-from sim.configuration import config_name, read_config, write_config
-from sim.errors import InputError
+from sim.configuration import config_name, explain, read_config, write_config
+from sim.errors import InputError, UnfitError
 from sim.model.fp.format import decode, encode
 from sim.prepare import COARSEST, ENOUGH, prepare
 from sim.scene.load import load_scene
@@ -150,6 +152,26 @@ REFUSED = {
         ["format 3,2 is too narrow", "a pixel's step", "more exponent bits"],
     ),
 }
+
+
+@pytest.mark.parametrize(
+    ("about", "told"),
+    [
+        (
+            {"scene": "a.glb", "size": [8, 6]},
+            " (m.json was fitted to a.glb, with --divide, at 8x6)",
+        ),
+        ({"scene": "a.glb", "size": 8}, " (m.json)"),
+        ({"scene": "a.glb", "size": ["8", 6]}, " (m.json)"),
+        ({"size": [8, 6]}, " (m.json)"),
+    ],
+)
+def test_what_it_was_fitted_to_is_said_if_the_file_says_it(about, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_config(Path("m.json"), STILL, about)
+    assert explain(Namespace(config="m.json"), UnfitError("too small")) == told
+    assert explain(Namespace(config="m.json"), InputError("no such file")) == ""
+    assert explain(Namespace(config="full"), UnfitError("too small")) == ""
 
 
 @pytest.mark.parametrize("case", REFUSED)
