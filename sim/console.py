@@ -34,6 +34,7 @@ def table(title: str, rows: Iterable[Sequence[str]], header: Sequence[str] = ())
         title=title,
         title_justify="left",
         box=box.SIMPLE,
+        collapse_padding=True,
         show_header=bool(header),
         min_width=min(len(title), 80),
     )
