@@ -7,7 +7,7 @@ from sim.command import Parser
 from sim.divide.divided import divide
 from sim.errors import InputError
 from sim.prepare import prepare
-from sim.report.shade import VIEWS
+from sim.report.painter import CHOICES
 from sim.scene.load import load_scene
 from sim.scene.scene import Scene
 from sim.tree.build import BUILDERS
@@ -54,7 +54,7 @@ def view_arguments(parser: Parser, size: str):
     add("--size", metavar="WxH", default=size, help="in pixels; %(default)s")
     text = "auto: it fills the image; whole: all of it; or ex,ey,ez,tx,ty,tz,fov; %(default)s"
     add("--camera", metavar="C", default="auto", help=text)
-    add("--view", choices=VIEWS, default="shaded", help="what is shown; %(default)s")
+    add("--view", choices=CHOICES, default="shaded", help="what is shown; %(default)s")
 
 
 def json_argument(parser: Parser):

@@ -14,7 +14,7 @@ from sim.console import print_tables, table
 from sim.files import check_writable, write_json
 from sim.options import frame_of, frames_of, json_argument, picture_of, view_arguments
 from sim.report.overflow import overflow_text
-from sim.report.painter import Painter
+from sim.report.painter import check_view, painter_for
 from sim.report.picture import save
 from sim.report.scene_view import camera_and_lamp, check_camera
 
@@ -55,6 +55,7 @@ def run_frames(options, chosen) -> int:
     """Render the frames that are `chosen` of so many."""
     width, height = size_of(options.size, SIZE)
     check_camera(options.camera)
+    check_view(options.view, options.divide)
     out: Path = picture_of(options)
     check_writable(options.json)
     if options.show:
@@ -75,7 +76,7 @@ def run_frames(options, chosen) -> int:
         )
         meter.step("choosing the view")
         camera, lamp = camera_and_lamp(options.camera, prepared, frames, width, height)
-        painter = Painter(options.view, lamp)
+        painter = painter_for(options.view, prepared, lamp)
         folder = pictures.is_folder(out)
 
         def painted(frame: int):

@@ -23,7 +23,7 @@ from sim.options import (
     scene_of,
     view_arguments,
 )
-from sim.report.painter import Painter
+from sim.report.painter import check_view, painter_for
 from sim.report.picture import check_picture_file, save
 from sim.report.recording import Recorder
 from sim.report.render import Watch, measure_render
@@ -55,6 +55,7 @@ def run(options) -> int:
     """Animate, update and cast rays in the Verilog, check every bit, and write a picture."""
     width, height = size_of(options.size, SIZE)
     check_camera(options.camera)
+    check_view(options.view, options.divide)
     config = ray_config_of(options)
     timing = timing_of(options, config)
     out = picture_of(options)
@@ -80,7 +81,7 @@ def run(options) -> int:
         prepared = compiler_of(options)(scene, config, builder=options.builder, step=step)
         step("choosing the view")
         camera, lamp = camera_and_lamp(options.camera, prepared, frames, width, height)
-        painter, recorder = Painter(options.view, lamp), Recorder()
+        painter, recorder = painter_for(options.view, prepared, lamp), Recorder()
         bar.update(task, total=len(frames))
         watch = Watch(
             step=step,
