@@ -19,7 +19,7 @@ from sim.scene.load import load_scene
 from tests.axi import WARNINGS
 from tests.fpga import jobs
 from tests.fpga.driver import Driver
-from tests.hdl.test_core import random_rays, random_view
+from tests.hdl.checked import random_rays, random_view
 
 TOP = "bkd"
 CONFIGS = {

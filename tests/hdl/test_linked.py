@@ -22,9 +22,9 @@ from sim.prepare import prepare
 from sim.scene.load import load_scene
 from tests.fpga import jobs
 from tests.harness import SideBySide, run_cocotb
+from tests.hdl.checked import random_rays, random_view
 from tests.hdl.link.host import decode, encode
 from tests.hdl.link.reference import Frame
-from tests.hdl.test_core import random_rays, random_view
 from tests.memory import Memory
 from tests.streams import start, take
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hdl.config import FULL
+from hdl.fp.format import FloatFormat
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Stage
 from sim.cosim.verilate import simulator
@@ -18,6 +19,7 @@ from sim.report.passes import check_pass
 from sim.scene.builtin.shapes import sphere
 from sim.scene.load import load_scene
 from sim.scene.scene import Scene
+from tests.hdl.machines import CONFIGS
 
 FMT = FULL.fmt
 pytestmark = pytest.mark.skipif(simulator() == "icarus", reason="hundreds of times slower")
@@ -92,7 +94,7 @@ def test_no_ray_from_inside_is_lost(mesh, moved, scene_file):
     assert (triangles[: len(targets)] != NO_TRIANGLE).all()
 
 
-def awkward(vertices: np.ndarray, faces: np.ndarray, rng, count: int) -> Rays:
+def awkward(fmt: FloatFormat, vertices: np.ndarray, faces: np.ndarray, rng, count: int) -> Rays:
     """Rays along axes with zeros of both signs, from planes, vertices and triangles, that miss."""
     corners = vertices[faces]
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
@@ -115,10 +117,10 @@ def awkward(vertices: np.ndarray, faces: np.ndarray, rng, count: int) -> Rays:
     shuffled = rng.permutation(len(origins))
     origins, directions = origins[shuffled], directions[shuffled]
     return Rays(
-        origins=encode(FMT, origins),
-        directions=encode(FMT, directions),
-        t_min=np.full(len(origins), encode(FMT, 0.0)),
-        t_max=np.full(len(origins), encode(FMT, np.inf)),
+        origins=encode(fmt, origins),
+        directions=encode(fmt, directions),
+        t_min=np.full(len(origins), encode(fmt, 0.0)),
+        t_max=np.full(len(origins), encode(fmt, np.inf)),
         pixels=np.full(len(origins), -1),
     )
 
@@ -130,48 +132,51 @@ def reordered(rays: Rays, order: np.ndarray) -> Rays:
     )
 
 
-def alone(rays: Rays, lane: int) -> Rays:
+def alone(fmt: FloatFormat, rays: Rays, lane: int) -> Rays:
     """Each ray as the only one of its packet that is there."""
     order = np.repeat(np.arange(len(rays.t_min)), 4)
     spread = reordered(rays, order)
     there = np.arange(len(order)) % 4 == lane
     return replace(
         spread,
-        t_min=np.where(there, spread.t_min, encode(FMT, np.inf)),
-        t_max=np.where(there, spread.t_max, encode(FMT, -np.inf)),
+        t_min=np.where(there, spread.t_min, encode(fmt, np.inf)),
+        t_max=np.where(there, spread.t_max, encode(fmt, -np.inf)),
     )
 
 
 def test_nothing_but_the_rays_decides_what_they_hit(rng):
     """Any order, memory, cache, stack, number of packets; a ray alone in its packet."""
-    scene = load_scene("walker:2000")
-    configs = {
-        "full": (FULL, Timing()),
-        "slow": (FULL, Timing(70, 0.2, 3)),
-        "small": (replace(FULL, cache_words=16, stack_depth=20, packets=5, folded=True), Timing(9)),
-        "banks": (replace(FULL, cache_words=0, latency=2), Timing(2)),
+    scene = load_scene("walker:500")
+    runs = {
+        "cached": ("tiny", Timing(4)),
+        "slow": ("tiny", Timing(70, 0.2, 3)),
+        "folded": ("folded", Timing(9)),
+        "banks": ("banks", Timing(2)),
     }
     results = {}
-    for name, (config, timing) in configs.items():
+    for name, (machine, timing) in runs.items():
+        config = CONFIGS[machine]
+        fmt = config.fmt
         prepared = prepare(scene, config)
         with Stage(prepared, 8000, timing) as stage:
             stage.show(5)
-            rays = awkward(decode(FMT, stage.pose.bits), scene.faces, np.random.default_rng(7), 400)
+            vertices = decode(fmt, stage.pose.bits)
+            rays = awkward(fmt, vertices, scene.faces, np.random.default_rng(7), 200)
             results[name] = stage.cast(rays).hits
-            if name != "full":
+            if name != "cached":
                 continue
             check(stage, rays)
             order = rng.permutation(len(rays.t_min))
             hits = stage.cast(reordered(rays, order)).hits
             results["order"] = {k: v[np.argsort(order)] for k, v in hits.items()}
             for lane in (0, 2):
-                hits = stage.cast(alone(rays, lane)).hits
+                hits = stage.cast(alone(fmt, rays, lane)).hits
                 results[f"alone as {lane}"] = {k: v[lane::4] for k, v in hits.items()}
     for name, hits in results.items():
         for field, values in hits.items():
-            differ = np.flatnonzero(values != results["full"][field])
+            differ = np.flatnonzero(values != results["cached"][field])
             assert not len(differ), f"{name}: {field} of ray {differ[0]} of {len(differ)}"
-    hit = results["full"]["triangle"] != NO_TRIANGLE
+    hit = results["cached"]["triangle"] != NO_TRIANGLE
     assert 0.2 < hit.mean() < 0.9
 
 

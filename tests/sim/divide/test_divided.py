@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hdl.config import TWO_LEVEL, Config
-from hdl.fp.format import FloatFormat
+from hdl.config import TWO_LEVEL
 from sim.cosim.machine import Timing
 from sim.cosim.stage import Stage
 from sim.cosim.verilate import simulator
@@ -21,12 +20,10 @@ from sim.report.pixels import camera_rays
 from sim.scene.camera import auto
 from sim.scene.load import load_scene
 from sim.tree.shape import depth
+from tests.hdl.machines import TINY
 from tests.sim.parts.making import shuffled
 
 SCENES = ("room:2000", "propeller:2000", "fleet:3000", "burst:300", "walker:500")
-SMALL = Config(
-    FloatFormat(6, 13), latency=4, address_bits=16, packets=4, cache_words=64, instances=True
-)
 
 
 @pytest.fixture(scope="module", params=SCENES)
@@ -156,7 +153,7 @@ def test_registers_are_for_what_moves():
 @pytest.mark.parametrize("spec", ["room:500", "fleet:500", "shuffled"])
 def test_in_the_verilog(spec):
     """Memory and hits word for word, over frames that move; and what the host sends."""
-    prepared = divide(shuffled(64) if spec == "shuffled" else load_scene(spec), SMALL)
+    prepared = divide(shuffled(64) if spec == "shuffled" else load_scene(spec), TINY)
     frames = prepared.frames
     rays = rays_of(prepared, frames[4], 24, 16)
     with Stage(prepared, len(rays.t_min), Timing(4)) as stage:
@@ -165,7 +162,7 @@ def test_in_the_verilog(spec):
             assert (moved is None) == (stage.sent == 0)
             found = stage.machine.read(0, stage.pose.image.size)
             assert (found == stage.pose.words).all()
-            hits, expected = stage.cast(rays).hits, stage.model(rays).fields(SMALL)
+            hits, expected = stage.cast(rays).hits, stage.model(rays).fields(TINY)
             assert all((hits[name] == expected[name]).all() for name in expected)
             assert (stage.pose.prepared.surfaces(hits) >= 0).any()
     if spec == "shuffled":
