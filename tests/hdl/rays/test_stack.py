@@ -12,7 +12,6 @@ from cocotb.triggers import RisingEdge
 from hdl.config import FULL, Config
 from hdl.fp.format import FloatFormat
 from hdl.rays.stack import Stack
-from sim.cosim.verilate import simulator
 from sim.model.fp.order import from_key, order_key
 from tests.harness import one_of, run_cocotb, unbuilt
 from tests.hdl.fp.operands import weighted
@@ -24,7 +23,7 @@ CONFIGS = {
     "small": Config(FloatFormat(3, 2), packets=3, stack_depth=5),
     "full": FULL,
 }
-PACKETS = 150 if simulator() == "verilator" else 100
+PACKETS = 100
 RAYS = 4
 ROOT = 12345
 

@@ -24,7 +24,7 @@ from tests.streams import put, start
 
 FORMATS = {"tiny": FloatFormat(3, 3), "f24": F24}
 UNITS = {"whole": (Intersect, 1), "folded": (FoldedIntersect, TURNS)}
-CASES = {"tiny": 45000, "f24": 9000}
+CASES = {"tiny": 20000, "f24": 6000}
 SIMULATED = CASES if simulator() == "verilator" else {"tiny": 900, "f24": 300}
 
 
