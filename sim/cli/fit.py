@@ -30,7 +30,11 @@ def arguments(parser: Parser):
     add("--formats", metavar="E,M", nargs="+", default=FORMATS, help=text)
     add("--size", metavar="WxH", default=SIZE, help="of images, in pixels; %(default)s")
     add("--frames", metavar="A:B", help="frames A to B - 1, or one frame; all")
-    add("--shadows", action="store_true", help="keep the way of rays from memory, for shadows")
+    rays = parser.add_mutually_exclusive_group()
+    text = "keep the way of rays from memory, for shadows"
+    rays.add_argument("--shadows", action="store_true", help=text)
+    text = "all rays come from memory, as in bkd-sim replay: leave the camera out"
+    rays.add_argument("--no-camera", action="store_true", help=text)
     text = "images a second that are enough, for a machine folded to fewer units; %(default)g"
     add("--rate", metavar="N", type=float, default=24, help=text)
     add(
@@ -88,7 +92,8 @@ def run(options) -> int:
             for folded in (False, True)
         }
         folded = rates[True] >= options.rate
-        config = fit(prepared, size, source=options.shadows, folded=folded)
+        source = options.shadows or options.no_camera
+        config = fit(prepared, size, camera=not options.no_camera, source=source, folded=folded)
     command = command_line()
     about = {"scene": scene.name, "error": options.error, "size": list(size), "command": command}
     if options.out:

@@ -15,6 +15,7 @@ from sim.errors import InputError
 from sim.files import written_whole
 from sim.model.fp.format import decode
 from sim.model.rays.camera import Rays
+from sim.model.rays.traversal import NO_TRIANGLE
 from sim.prepare import Prepared
 from sim.scene.normalise import Normalised
 from sim.scene.scene import Scene
@@ -22,7 +23,7 @@ from sim.tree.shape import check
 from sim.tree.tree import Tree
 
 RAY_FIELDS = ("origins", "directions", "t_min", "t_max")
-VERSION = 1
+VERSION = 2
 
 
 class Recorder:
@@ -43,9 +44,11 @@ class Recorder:
             raise ValueError("nothing was recorded")
         prepared = self._stage.pose.prepared
         columns = {
-            name: np.concatenate([p[name] for p in self._passes]).astype(np.uint32)
+            name: np.concatenate([p[name] for p in self._passes])
             for name in (*RAY_FIELDS, *HIT_FIELDS)
         }
+        columns |= by_scene(prepared, columns)
+        columns = {name: column.astype(np.uint32) for name, column in columns.items()}
         fmt = prepared.config.fmt
         arrays = {
             "version": np.array(VERSION),
@@ -75,7 +78,7 @@ class Recording:
     tree : Tree
     rays : Rays
     hits : dict of (n,) int64
-        As the Verilog found them then.
+        As the Verilog found them then, `by_scene`.
     """
 
     name: str
@@ -93,6 +96,16 @@ class Recording:
         image = compile_tree(self.tree, self.faces, config)
         as_it_is = Normalised(scene, range(1), np.zeros(3), 0)
         return Prepared(as_it_is, self.tree, [0], image, 0.0, 0.0)
+
+
+def by_scene(prepared: Prepared, hits: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The fields of hits, with triangles of the scene: the order of the leaves is the machine's."""
+    found = {name: hits[name] for name in HIT_FIELDS}
+    leaf = found["triangle"]
+    hit = leaf != NO_TRIANGLE
+    found["triangle"] = np.full_like(leaf, NO_TRIANGLE)
+    found["triangle"][hit] = prepared.image.order.triangles[leaf[hit]]
+    return found
 
 
 def load(file: Path) -> Recording:

@@ -14,6 +14,9 @@ from sim.divide.divided import divide
 from sim.errors import InputError
 from sim.parts.analyse import analyse
 from sim.pose import pose_of
+from sim.prepare import view_of
+from sim.report.pixels import camera_rays
+from sim.scene.camera import auto
 from sim.scene.load import load_scene
 from sim.scene.normalise import normalise
 from sim.study.fit import REACHED, Tried, fit, frame_cycles, narrowest
@@ -48,6 +51,22 @@ def test_the_fitted_machine_holds_the_scene(spec):
     assert spent <= 1.03 * least
     with pytest.raises(InputError, match="memory words .* addresses"):
         divide(scene, replace(config, address_bits=config.address_bits - 4))
+
+
+@pytest.mark.parametrize("spec", ["fleet:500", "room:500", "burst:200"])
+def test_it_sees_what_the_full_machine_sees(spec):
+    """Bit for bit, in one format, of a scene that is divided for both."""
+    scene = load_scene(spec)
+    images = []
+    for machine in (TWO_LEVEL, fitted(spec)):
+        prepared = divide(scene, machine)
+        pose = pose_of(prepared, prepared.frames[7])
+        camera = auto(prepared.scene.pose(7)[None], scene.faces, *SIZE)
+        rays = camera_rays(F24, view_of(F24, camera))
+        hits = pose.prepared.trace(pose.bits, pose.rows, pose.bounds, rays).fields(machine)
+        images.append([pose.prepared.surfaces(hits), *(hits[name] for name in "tuv")])
+    assert (images[0][0] >= 0).mean() > 0.05
+    assert all((full == small).all() for full, small in zip(*images, strict=True))
 
 
 def test_trees_of_all_frames_fit():
