@@ -125,6 +125,24 @@ def test_command(run, tmp_path, monkeypatch):
         assert code == 0 and words in " ".join(out.split()) and not read_config("m.json").folded
 
 
+def test_ways_of_rays(run, tmp_path):
+    """From a camera, from memory, or from both: what is not asked for is left out."""
+    file = tmp_path / "m.json"
+    options = ["--formats", "7,16", "--size", "16x12", "--error", "0.1", "-o", file]
+    for option, camera, source in (
+        ([], True, False),
+        (["--shadows"], True, True),
+        (["--no-camera"], False, True),
+    ):
+        code, out, _ = run("bkd-sim", "fit", "waves:100", *options, *option)
+        config = read_config(str(file))
+        assert (code, config.camera, config.source) == (0, camera, source)
+        words = " ".join(out.split()).partition("left out: ")[2].partition(".")[0]
+        assert ("camera" in words, "rays from memory" in words) == (not camera, not source)
+    code, _, err = run("bkd-sim", "fit", "waves:100", "--shadows", "--no-camera")
+    assert code == 2 and "not allowed with" in err
+
+
 def test_the_busiest_unit_says_how_long_an_image_takes():
     prepared = divide(load_scene("waves:300"), TWO_LEVEL)
     update = program_cycles(prepared.config, prepared.image.instructions)
