@@ -84,7 +84,8 @@ def test_a_divided_scene(run, compiled, tmp_path, monkeypatch):
             code, out, err = run("bkd-host", *board, "verify", "fleet:500", *options, "--frame", 3)
             assert (code, err) == (0, "") and narrow(out)
             assert ("rows of instances" in out) == bool(options)
-            play = "play", "fleet:500", *options, "--frames", "1:4", "--size", "16x12"
+            view = ["--view", "motion"] if options else []
+            play = "play", "fleet:500", *options, *view, "--frames", "1:4", "--size", "16x12"
             code, out, err = run("bkd-host", *board, *play, "--json", "p.json")
             assert (code, err) == (0, "") and narrow(out) and Path("fleet.png").exists()
             figures = json.loads(Path("p.json").read_text())
