@@ -86,6 +86,7 @@ def trade(axes: Axes, points: Sequence[Point], floor: float):
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
     axes.margins(x=0.24, y=0.1)
+    rises = _rises(costs, errors)
     for k, point in enumerate(points):
         left = point.cost == max(costs)  # there is no room on the right
         axes.plot(
@@ -99,10 +100,10 @@ def trade(axes: Axes, points: Sequence[Point], floor: float):
         axes.annotate(
             point.label if point.error else f"{point.label}: none",
             (point.cost, errors[k]),
-            xytext=(-5 if left else 5, 1),
+            xytext=(-5 if left else 5, -1 if rises else 1),  # off the way to the next point
             textcoords="offset points",
             ha="right" if left else "left",
-            va="bottom",
+            va="top" if rises else "bottom",
             fontsize=SMALL,
         )
     right, top = axes.get_xlim()[1], axes.get_ylim()[1]
@@ -116,7 +117,7 @@ def trade(axes: Axes, points: Sequence[Point], floor: float):
         label="frontier: no other is better in both",
     )
     axes.set(xlim=(None, right), ylim=(None, top))
-    axes.legend(fontsize=SMALL, loc="center right" if _rises(costs, errors) else "upper right")
+    axes.legend(fontsize=SMALL, loc="center right" if rises else "upper right")
 
 
 def _rises(costs: Sequence[float], errors: Sequence[float]) -> bool:
