@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sim.parts.part import Kind, Part
+from sim.report.parts import linear
 
 COLOURS = {
     Kind.STATIC: "c4beb2",
@@ -19,5 +20,5 @@ def tints_by_motion(parts: Sequence[Part]) -> np.ndarray:
     """Colours (T, 3), linear in [0, 1], of the triangles of all parts of a scene."""
     colours = np.empty((sum(len(part.faces) for part in parts), 3))
     for part in parts:
-        colours[part.faces] = np.array(list(bytes.fromhex(COLOURS[part.kind]))) / 255
-    return colours**2.2
+        colours[part.faces] = linear([COLOURS[part.kind]])
+    return colours

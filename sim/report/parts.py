@@ -1,5 +1,7 @@
 """Which triangles of a mesh hang together, and a quiet colour for each part."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from sim.parts.pieces import pieces
@@ -13,7 +15,7 @@ def tints(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
     To keep them over an animation, take the vertices (V, 3) of one frame.
     """
-    colours = np.array([list(bytes.fromhex(colour)) for colour in PALETTE]) / 255
+    colours = linear(PALETTE)
     corner = vertices[faces]
     areas = np.linalg.norm(
         np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
@@ -22,7 +24,12 @@ def tints(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     size = np.bincount(part, areas)
     rank = np.empty(len(size), np.int64)
     rank[np.argsort(-size, kind="stable")] = np.arange(len(size))
-    return colours[rank[part] % len(colours)] ** 2.2
+    return colours[rank[part] % len(colours)]
+
+
+def linear(colours: Iterable[str]) -> np.ndarray:
+    """Colours (n, 3), linear in [0, 1], of sRGB ones."""
+    return (np.array([list(bytes.fromhex(colour)) for colour in colours]) / 255) ** 2.2
 
 
 def parts(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -74,7 +74,7 @@ def test_overflows_are_flagged(instances, rng):
     config = CONFIGS["tiny"]
     prepared = prepare(load_scene(SCENE), config)
     if instances:
-        config = replace(CONFIGS["folded"], instances=True)
+        config = CONFIGS["folded"]
         prepared = random_forest(rng, config, *FOREST)
     seen = []
     infinity = int(encode(config.fmt, np.inf))

@@ -87,6 +87,7 @@ def test_rays_hit_what_they_hit_in_one_tree(divided):
     hits = flat.trace(bits, rows, bounds_of(flat, bits), rays).fields(TWO_LEVEL)
     leaves = flat.surfaces(hits)
     triangle = np.where(leaves < 0, -1, flat.image.order.triangles[leaves])
+    t = decode(TWO_LEVEL.fmt, hits["t"])
 
     bits, rows = divided.coordinates(frame), divided.rows(frame)
     moved = np.linalg.norm(divided.vertices(bits, rows) - vertices, axis=1).max()
@@ -95,6 +96,8 @@ def test_rays_hit_what_they_hit_in_one_tree(divided):
     assert found.unexplained == 0 and moved < 2.0**-15, found
     other = divided.surfaces(hits) != triangle
     assert (triangle >= 0).mean() > 0.05 and other.mean() < 0.01
+    same = ~other & (triangle >= 0)
+    assert np.abs(t[same] - decode(TWO_LEVEL.fmt, hits["t"][same])).max() < 1e-3
     kinds = np.array(CLASSES)[found.kinds[other]]
     print(f"{divided.scene.name}: {len(kinds)} of {len(other)} see another triangle", *kinds)
 

@@ -7,7 +7,7 @@ import pytest
 from hdl.config import FULL, TWO_LEVEL
 from sim.compiler.rays import HIT_FIELDS
 from sim.model.rays.traversal import NO_TRIANGLE
-from sim.model.refit import refit
+from sim.pose import pose_of
 from sim.prepare import prepare, view_of
 from sim.report.pixels import camera_rays
 from sim.report.recording import by_scene
@@ -19,10 +19,9 @@ def hits_of(config, scene, frame: int):
     """A scene for a machine, the hits of a camera's rays by the model, and these `by_scene`."""
     prepared = prepare(scene, config)
     camera = auto(prepared.scene.pose(frame)[None], scene.faces, 64, 48)
-    bits = prepared.coordinates(frame)
-    bounds = refit(config.fmt, prepared.image.order, bits[prepared.leaf_vertices])
+    pose = pose_of(prepared, frame)
     rays = camera_rays(config.fmt, view_of(config.fmt, camera))
-    hits = prepared.trace(bits, prepared.rows(frame), bounds, rays).fields(config)
+    hits = prepared.trace(pose.bits, pose.rows, pose.bounds, rays).fields(config)
     return prepared, hits, by_scene(prepared, hits)
 
 
