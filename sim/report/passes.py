@@ -14,6 +14,7 @@ from sim.model.rays.camera import Rays
 from sim.model.rays.traversal import NO_TRIANGLE
 from sim.oracle.classify import CLASSES, Taxonomy, classify
 from sim.oracle.trace import trace as trace_exactly
+from sim.prepare import Prepared
 from sim.report.mismatch import SHOWN
 
 SURFACE = ("triangle", "instance")
@@ -91,7 +92,7 @@ def check_pass(name: str, stage: Stage, rays: Rays, cast: Cast) -> Pass:
     wrongly = [name for name in overflows if overflows[name] != places[name]]
     shown += [f"{name} overflow: {overflows[name]}, not {places[name]}" for name in wrongly]
 
-    taxonomy = judge(stage, rays, cast.hits)
+    taxonomy = judge(stage.pose.prepared, stage.pose.vertices, rays, cast.hits)
     shown += [
         f"{name} ray {k}: rounding does not explain its hit" for k in taxonomy.unexplained_rays
     ]
@@ -161,11 +162,19 @@ def _difference(found: dict[str, np.ndarray], expected: dict[str, np.ndarray], r
     return ", ".join(f"{f} {got:x}, not {want:x}" for f, got, want in pairs if got != want)
 
 
-def judge(stage: Stage, rays: Rays, hits: dict[str, np.ndarray]) -> Taxonomy:
-    """Hits against those of exact arithmetic on the same mesh and rays."""
-    prepared = stage.pose.prepared
-    fmt = prepared.config.fmt
-    vertices, faces = stage.pose.vertices, prepared.surface_faces
+def judge(
+    prepared: Prepared,
+    vertices: np.ndarray,
+    rays: Rays,
+    hits: dict[str, np.ndarray],
+    *,
+    moved: float = 0.0,
+) -> Taxonomy:
+    """Hits against those of exact arithmetic on a mesh of vertices (V, 3), and the same rays.
+
+    `moved` is how far from there the machine's vertices may be.
+    """
+    fmt, faces = prepared.config.fmt, prepared.surface_faces
     origins, directions = decode(fmt, rays.origins), decode(fmt, rays.directions)
     limits = decode(fmt, rays.t_min), decode(fmt, rays.t_max)
     truth = trace_exactly(vertices, faces, origins, directions, *limits)
@@ -182,5 +191,5 @@ def judge(stage: Stage, rays: Rays, hits: dict[str, np.ndarray]) -> Taxonomy:
         found_triangle=prepared.surfaces(hits),
         truth=truth,
         rounded_t=decode(fmt, encode(fmt, truth.t)),
-        rounding=np.sqrt(3) * prepared.rounding * half_ulp * reach,
+        rounding=np.sqrt(3) * prepared.rounding * half_ulp * reach + moved,
     )

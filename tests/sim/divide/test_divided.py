@@ -15,10 +15,9 @@ from sim.model.fp.format import decode, encode
 from sim.model.rays.camera import Rays
 from sim.model.refit import box_corners, refit
 from sim.model.update import execute
-from sim.oracle.classify import classify
-from sim.oracle.taxonomy import CLASSES, Taxonomy
-from sim.oracle.trace import trace
+from sim.oracle.taxonomy import CLASSES
 from sim.prepare import prepare, view_of
+from sim.report.passes import judge
 from sim.report.pixels import camera_rays
 from sim.scene.camera import auto
 from sim.scene.load import load_scene
@@ -63,27 +62,13 @@ def test_vertices_are_where_they_should_be(divided):
         assert np.abs(held - divided.scene.pose(frame)).max() < 2.0**-16
 
 
-def against(vertices, faces, rays, prepared, hits, moved: float) -> Taxonomy:
-    """Hits against exact ones of a mesh, of which `prepared` holds vertices `moved` elsewhere."""
-    fmt = prepared.config.fmt
-    origins, directions = decode(fmt, rays.origins), decode(fmt, rays.directions)
-    limits = decode(fmt, rays.t_min), decode(fmt, rays.t_max)
-    truth = trace(vertices, faces, origins, directions, *limits)
-    ulps = prepared.rounding * 2.0 ** -(fmt.man_bits + 1) * (1 + np.abs(origins).max(axis=1))
-    return classify(
-        vertices, faces, origins, directions, *limits, truth=truth,
-        found_t=decode(fmt, hits["t"]), found_triangle=prepared.surfaces(hits),
-        rounded_t=decode(fmt, encode(fmt, truth.t)), rounding=np.sqrt(3) * ulps + moved,
-    )  # fmt: skip
-
-
 def test_rays_hit_what_they_hit_in_one_tree(divided):
     """The same triangle, or one that rounding explains to exact hits of that tree's mesh."""
     flat = prepare(load_scene(divided.scene.name), replace(TWO_LEVEL, instances=False))
     frame = divided.frames[7]
     bits, rows = flat.coordinates(frame), flat.rows(frame)
     rays = rays_of(flat, frame)
-    vertices, faces = flat.vertices(bits, rows), flat.scene.faces
+    vertices = flat.vertices(bits, rows)
     hits = flat.trace(bits, rows, bounds_of(flat, bits), rays).fields(TWO_LEVEL)
     leaves = flat.surfaces(hits)
     triangle = np.where(leaves < 0, -1, flat.image.order.triangles[leaves])
@@ -92,7 +77,7 @@ def test_rays_hit_what_they_hit_in_one_tree(divided):
     bits, rows = divided.coordinates(frame), divided.rows(frame)
     moved = np.linalg.norm(divided.vertices(bits, rows) - vertices, axis=1).max()
     hits = divided.trace(bits, rows, bounds_of(divided, bits), rays).fields(TWO_LEVEL)
-    found = against(vertices, faces, rays, divided, hits, moved)
+    found = judge(divided, vertices, rays, hits, moved=moved)
     assert found.unexplained == 0 and moved < 2.0**-15, found
     other = divided.surfaces(hits) != triangle
     assert (triangle >= 0).mean() > 0.05 and other.mean() < 0.01
